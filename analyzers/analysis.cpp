@@ -42,7 +42,7 @@ PipelineOptions WhatToRead(const AnalysisOptions& options) {
   return reads;
 }
 
-/// The rules that the user did not switch off, each hearing what it wants to hear.
+/// The rules that the user did not switch off, each with its subscriptions.
 std::vector<std::unique_ptr<Rule>> Attached(RuleContext& context, EventBus& bus, std::uint32_t shuffle) {
   std::vector<std::unique_ptr<Rule>> rules = MakeAllRules(shuffle);
   std::erase_if(rules, [&](const std::unique_ptr<Rule>& rule) { return context.store.IsOff(rule->info()); });
@@ -69,7 +69,7 @@ std::size_t ForgetReplaced(const RuleContext& context, FindingStore& store) {
 }
 
 AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& options, Timeline* timeline) {
-  // Who hears an event first is made first.
+  // The first subscriber of an event is made first.
   Observation observation(options, Depth::kClocks);
   Explanations explanations;
   const auto collectors = MakeCollectors(observation, explanations, timeline);
@@ -113,7 +113,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   result.capture.earlier_left_out = (options.from_s || options.from_frame) && result.capture.first.number > 1;
   result.capture_next = WhatToCaptureNext(result);
   const CrowdedLists lists = LeaveOutCrowdedLists(observation.pipeline(), result);
-  TellLimits(store, observation.pipeline(), lists, result);
+  AddLimits(store, observation.pipeline(), lists, result);
   return result;
 }
 

@@ -68,7 +68,7 @@ void BusModel::On(const track::SlaveFound& event) {
   signalled_.OnSlave(event.slave);
   ChooseProfile(event.slave);
   // In a capture that begins in the run broadcasts may have shown it before it is met. Where a broadcast asked for a
-  // state, AlRequest of the slave follows, and what was shown behind that.
+  // state, AlRequest of the slave follows, and what was shown after that.
   if (const auto common = al_.common(); common && !asked_of_all_) {
     const esc::AlWord status{common->state};
     slaves_.back().al.OnStatus(
@@ -143,14 +143,14 @@ void BusModel::On(const track::AlRequest& event) {
   if (event.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) DoubtSettings(event.slave);
   AlMachine& al = slaves_[event.slave].al;
   al.OnRequest(event);
-  if (event.frame().number < network_.last_gap()) al.OnPause();  // it is met behind a silence since then
+  if (event.frame().number < network_.last_gap()) al.OnPause();  // it is met after a silence since then
   // Who is met after a broadcast request was in the state that a broadcast read showed of all since then.
-  const auto& told = al_.told();
+  const auto& shown = al_.shown();
   const std::uint16_t* count = network_.slave_count().if_known();
-  if (event.broadcast && al.status_reads() == 0 && told && told->last.number >= event.frame().number &&
-      count != nullptr && *count == told->slaves && esc::IsAlState(static_cast<std::uint8_t>(told->status.raw))) {
-    al.OnStatus({event.slave, told->last, told->status, std::nullopt, std::nullopt, true});
-    if (told->last.number < network_.last_gap()) al.OnPause();
+  if (event.broadcast && al.status_reads() == 0 && shown && shown->last.number >= event.frame().number &&
+      count != nullptr && *count == shown->slaves && esc::IsAlState(static_cast<std::uint8_t>(shown->status.raw))) {
+    al.OnStatus({event.slave, shown->last, shown->status, std::nullopt, std::nullopt, true});
+    if (shown->last.number < network_.last_gap()) al.OnPause();
   }
   if (!event.broadcast) al_.OnRequest(event.control, event.acceptance, event.frame(), false);
   al_.OnAsked(event.slave, event.control, event.acceptance);
@@ -196,7 +196,7 @@ void BusModel::On(const track::AlStateForgotten& event) {
   if (event.may_be_set_up_anew) DoubtLayouts(event.slave);
 }
 
-/// Whatever was said in the frames that are missing.
+/// Whatever was reported in the frames that are missing.
 void BusModel::On(const track::CaptureGap& event) {
   if (event.certain) {
     al_.Forget();
@@ -278,7 +278,7 @@ void BusModel::On(const track::CycleAtRest& asked) {
       if (!expected.complete || access.wkc != range.least || access.wkc != range.most) return true;
       return !image_.Watch(access, expected, asked, i);
     }
-    // States that nobody waits for.
+    // States that no request waits for.
     return d.command() == wire::Command::BRD &&
            (poll_taken_ != d.transaction.returned_ref().number || al_wait_.waits());
   };
@@ -291,7 +291,7 @@ void BusModel::On(const track::CyclesSkipped& skipped) {
     const track::DatagramPair d(skipped.last, i);
     if (d.command() == wire::Command::BRD) {
       al_.OnSkipped(count);
-      // With several states or some error bit it told of no slave.
+      // With several states or an error bit it showed the state of no slave.
       const esc::AlWord status{d.any.data()[0]};
       const bool of_each = std::has_single_bit(status.state()) && !status.bit4();
       for (std::size_t s = 0; of_each && s < slaves_.size(); ++s) {
@@ -316,7 +316,7 @@ void BusModel::On(const track::CyclesSkipped& skipped) {
   }
 }
 
-/// Mid-run captures of nothing but process data: the ENI says whose they are, and the working counter that they are.
+/// Mid-run captures of nothing but process data: the ENI states whose they are, and the working counter that they are.
 void BusModel::Presume(const ProcessCycle& cycle) {
   const device::EniSlave* eni = cycle.part.model->eni;
   if (cycle.exchange != Exchange::kInferred || eni == nullptr) return;
@@ -378,7 +378,7 @@ void BusModel::TakeModel(SlaveId id) {
   LearnModel(id, contents.VendorText(esc::kSiiVendorCategory), read);
 }
 
-/// Object 1018h tells what the EEPROM did not.
+/// Object 1018h shows what the EEPROM did not.
 void BusModel::LearnIdentity(const mailbox::SdoTransfer& transfer) {
   if (transfer.service != mailbox::SdoService::kUpload || transfer.outcome != mailbox::SdoOutcome::kCompleted ||
       transfer.data_gap || transfer.size_mismatch) {
@@ -413,7 +413,7 @@ void BusModel::LearnIdentity(const mailbox::SdoTransfer& transfer) {
   ChooseProfile(transfer.slave);
 }
 
-/// Whether the slave wrote what it was told the capture does not show: the object holds the old value or the new one.
+/// The capture does not show whether the slave wrote the value: the object holds the old value or the new one.
 void BusModel::ForgetObject(SlaveId id, std::uint16_t index, std::uint8_t subindex, bool whole) {
   SlaveModel& slave = slaves_[id];
   slave.objects.Forget(index, subindex);
@@ -431,7 +431,7 @@ void BusModel::On(const mailbox::SdoUnexpected& answer) {
 
 void BusModel::On(const track::RunBegan& event) {
   al_.Forget();
-  // Who initialises the bus anew waits for nothing any more.
+  // A master that initialises the bus again waits for nothing any more.
   if (event.reason == track::RunBegan::Reason::kInitialised) al_wait_.GiveUp(event.frame);
   al_wait_.Forget();
   for (std::size_t id = 0; id < slaves_.size(); ++id) DoubtSettings(static_cast<SlaveId>(id));
@@ -458,7 +458,7 @@ void BusModel::On(const mailbox::SdoTransfer& transfer) {
   slave.Stir();
   slave.objects.Apply(transfer);
   slave.modules.Apply(transfer);
-  // Once the list is behind: a description for each of its entries would be kept for nothing.
+  // When the list is complete: a description for each of its entries would be kept for nothing.
   if (transfer.has_object && !SlotModules::IsList(transfer.index)) TakeModules(transfer.slave);
   if (slave.process.Apply(transfer)) {
     image_.OnLayoutChanged(transfer.slave);

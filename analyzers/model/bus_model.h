@@ -54,7 +54,7 @@ class BusModel final : private ProcessSink {
   void On(const track::EventFieldChanged& event) { signalled_.OnField(event); }
   void On(const track::AlRequest& event);
   void On(const track::AlStatusRead& event);
-  /// Takes it, unless somebody wants to hear of each slave or some slave has to be told singly.
+  /// Takes it, unless a subscriber needs the event of each slave, or some slave has to be updated singly.
   void On(const track::AlPoll& poll);
   void On(const track::AlRequestOfAll& event);
   void On(const track::AlStatusOfAll& read) {
@@ -68,7 +68,7 @@ class BusModel final : private ProcessSink {
   void On(const track::CaptureGap& event);
   /// Hands the process data in it to the units of the slaves.
   void On(const track::LogicalAccess& access);
-  /// Process data in a frame that never came back: whether the slaves took them, nobody knows.
+  /// Process data in a frame that never came back: it is unknown whether the slaves took them.
   void On(const track::FrameLost& event);
   void On(const track::SlaveAccess& access);
   void On(const track::EepromRead& event);
@@ -79,7 +79,7 @@ class BusModel final : private ProcessSink {
   /// The capture has ended.
   void Finish();
   void On(const mailbox::Emergency& emergency);
-  /// Says which words the units of the slaves look at, or that each frame matters to some of them.
+  /// Reports which words the units of the slaves look at, or that each frame matters to some of them.
   void On(const track::CycleAtRest& asked);
   void On(const track::CyclesSkipped& skipped);
   void On(const track::AlRequestSent& request);
@@ -92,11 +92,11 @@ class BusModel final : private ProcessSink {
   void DescriptionChanged(SlaveId slave);
   void LearnIdentity(const mailbox::SdoTransfer& transfer);
   void LearnName(const mailbox::SdoTransfer& transfer);
-  /// The model type, by which families are recognised whose product code no manual tells.
+  /// The model type, by which families are recognised whose product code no manual states.
   void LearnModel(SlaveId id, std::string model, const FrameRef& frame);
   /// Looks for it in the EEPROM once more was read of it.
   void TakeModel(SlaveId id);
-  /// Describes a modular slave anew once the list of its modules is there.
+  /// Describes a modular slave again once the list of its modules is there.
   void TakeModules(SlaveId id);
   void Presume(const ProcessCycle& cycle);
   void On(const ProcessCycle& cycle) override;

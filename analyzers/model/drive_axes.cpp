@@ -10,7 +10,7 @@ constexpr std::uint8_t BitOf(std::uint8_t axis) {
 }  // namespace
 
 std::optional<std::uint8_t> DriveAxes::AxisOfWord(std::uint16_t index, std::uint8_t subindex, unsigned bits) {
-  // Devices of modules have other objects there, whose values lie at subindex 1 and behind (ETG.5001).
+  // Devices of modules have other objects there, whose values are at subindex 1 and following (ETG.5001).
   if (subindex != 0 || bits != 16) return std::nullopt;
   for (std::uint8_t axis = 0; axis < kMost; ++axis) {
     if (index == ObjectOfAxis(kControlWord, axis) || index == ObjectOfAxis(kStatusWord, axis)) return axis;

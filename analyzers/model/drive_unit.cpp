@@ -141,7 +141,7 @@ void DriveUnit::OnControlWords(const ProcessCycle& cycle, const DrivePart& part,
     same = Read(cycle.data, part.control[i].bit, 16) == first;
   }
   if (!same) {
-    // Which of several mapped control words counts, no manual says.
+    // No manual states which of several mapped control words counts.
     if (first) ++control_.ambiguous;
     control_.taken.reset();
     control_.sent.reset();
@@ -197,7 +197,7 @@ void DriveUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
   }
 }
 
-/// Inputs come no more, and the mailbox is all that tells of the drive. In between two cycles it may be older than
+/// Inputs no longer arrive, and only the mailbox shows the drive. In between two cycles it may be older than
 /// they.
 bool DriveUnit::AskedLongAfterInputs(const mailbox::SdoTransfer& transfer) const {
   constexpr std::int64_t kLong = 100'000'000;
@@ -372,7 +372,7 @@ void DriveUnit::OnState(std::optional<DriveState> to, const FrameRef& frame, boo
   }
   const bool enters_fault = IsFaultState(*to) && !(known_.state && IsFaultState(*known_.state));
   if (known_.state) {
-    JudgeChange(change);
+    CheckChange(change);
   } else {
     expected_.Clear();
     sink_.Publish(change);
@@ -385,7 +385,7 @@ void DriveUnit::OnState(std::optional<DriveState> to, const FrameRef& frame, boo
   if (!IsFaultState(*to)) faults_.OnFaultLeft();
 }
 
-void DriveUnit::JudgeChange(DriveStateChanged& change) {
+void DriveUnit::CheckChange(DriveStateChanged& change) {
   if (*change.to == DriveState::kNotReadyToSwitchOn) {
     change.path.Add(0);
     expected_.Clear();
@@ -409,17 +409,17 @@ void DriveUnit::JudgeChange(DriveStateChanged& change) {
     return;
   }
   sink_.Publish(change);
-  // From here on nobody commanded what happened.
+  // From here on what happened was not commanded.
   const bool in_op = al_.possible().empty() || al_.SettledIn(esc::AlState::OP);
   const bool unclear = !control_.taken || !control_.acts || !in_op || !given.whole;
   if (unclear || change.first_zero || status_.behind_hole) {
     ++unjudged_;
   } else {
-    TellIllegal(change, given.transitions);
+    ReportIllegal(change, given.transitions);
   }
 }
 
-void DriveUnit::TellIllegal(const DriveStateChanged& change, std::uint32_t given) {
+void DriveUnit::ReportIllegal(const DriveStateChanged& change, std::uint32_t given) {
   DriveIllegalChange illegal;
   illegal.slave = slave_;
   illegal.axis = axis_;

@@ -65,13 +65,13 @@ class DriveUnit {
   void OnSdo(const mailbox::SdoTransfer& transfer);
   /// A download of this object may have been done or not.
   void ForgetObject(std::uint16_t index);
-  /// The bus is initialised anew: devices may have been without power.
+  /// The bus is initialised again: devices may have been without power.
   void OnRunBegan();
   void OnEmergency(const mailbox::Emergency& emergency);
   /// Frames are missing from the capture: commands and states among them.
   void Forget();
 
-  // What is known now, for the report and for rules that say where they could not judge.
+  // What is known now, for the report and for rules that report where they could not evaluate.
 
   /// True when the family has a drive state machine and a control or status word was seen.
   [[nodiscard]] bool seen() const { return control_.seen || status_.seen; }
@@ -88,11 +88,11 @@ class DriveUnit {
   [[nodiscard]] std::uint8_t AxesIn(const ProcessCycle& cycle);
   /// Several mapped copies of 6040h differed, so that the command was not known.
   [[nodiscard]] std::uint64_t ambiguous_controls() const { return control_.ambiguous; }
-  /// State changes that were not judged since earlier control words may be missing.
+  /// State changes that were not evaluated since earlier control words may be missing.
   [[nodiscard]] std::uint64_t unjudged_changes() const { return unjudged_; }
-  /// Frames of the process data have no time stamps: limits were not judged.
+  /// Frames of the process data have no time stamps: limits were not evaluated.
   [[nodiscard]] bool without_time() const { return without_time_; }
-  /// It was told to go on, and nothing shows whether it is in an AL state in which it does.
+  /// It was commanded to go on, and nothing shows whether it is in an AL state in which it does.
   [[nodiscard]] bool may_not_act() const { return control_.unsure && !expected_.empty(); }
   /// A command that looks illegal and is not decided when the capture ends: nothing came that makes it legal.
   [[nodiscard]] std::optional<DriveIllegalCommand> undecided_command() const {
@@ -164,8 +164,8 @@ class DriveUnit {
   void OnStatus(std::uint16_t word, const FrameRef& frame, bool by_sdo, bool inferred);
   void CountWithoutState(const FrameRef& frame);
   void OnState(std::optional<device::DriveState> to, const FrameRef& frame, bool inferred);
-  void JudgeChange(DriveStateChanged& change);
-  void TellIllegal(const DriveStateChanged& change, std::uint32_t given);
+  void CheckChange(DriveStateChanged& change);
+  void ReportIllegal(const DriveStateChanged& change, std::uint32_t given);
   void CheckLimits(const FrameRef& frame);
 
   SlaveId slave_;

@@ -61,7 +61,7 @@ std::optional<std::int64_t> LatchPlaces::Supplied(const device::LatchDescription
 }
 
 const LatchPart& LatchPlaces::Of(const ImagePart& part, const device::LatchDescription& latch, std::size_t edges) {
-  // Of thousands of slaves whose mapping nobody knows the same is known.
+  // For thousands of slaves with an unknown mapping, the same is known.
   if (part.places.empty()) {
     static const LatchPart kWhole = Unknown(false);
     static const LatchPart kCut = Unknown(true);

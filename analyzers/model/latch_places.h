@@ -31,7 +31,7 @@ struct LatchPart {
   Where control, status, probe;
   std::array<Where, kMaxLatchEdges> positions{};
   bool any_position = false;
-  bool stray_position = false;  ///< a latch position of which the manual does not say whose it is
+  bool stray_position = false;  ///< a latch position whose edge the manual does not state
 };
 
 class LatchPlaces {
@@ -47,7 +47,7 @@ class LatchPlaces {
 
   /// The object holds the position of this edge.
   [[nodiscard]] static bool Holds(const device::LatchEdge& edge, std::uint16_t index, std::uint8_t subindex);
-  /// A position object of which this family's manual does not say whose position it holds.
+  /// A position object of which this family's manual does not state whose position it holds.
   [[nodiscard]] static bool IsStray(const device::LatchDescription& latch, std::uint16_t index);
   /// The position that the inputs hold beside a status word which acknowledges the selector of `edge`: in the object
   /// that the manual names for this edge, or in the only latch position among them where the manual names no edge for

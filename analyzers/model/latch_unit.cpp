@@ -175,7 +175,7 @@ void LatchUnit::OnControl(const LatchWord& word) {
     misuse.value = reserved;
     report_.Emit(misuse);
   }
-  if (!first) JudgeState(word, before);
+  if (!first) CheckState(word, before);
 
   const std::uint8_t selector = latch_->Selector(word.value);
   const bool selector_changed = first || selector != latch_->Selector(before) || control_.doubt_selector;
@@ -189,7 +189,7 @@ void LatchUnit::OnControl(const LatchWord& word) {
   if (selector_changed) selector_.Select(word, selector);
   control_.known = true;
   control_.EndDoubt();
-  probe_.Judge(word);
+  probe_.Check(word);
 }
 
 /// A word came of which it is not known whether the drive took it.
@@ -200,7 +200,7 @@ void LatchUnit::Doubt(std::uint16_t value) {
   control_.doubt_selector |= latch_->Selector(value) != latch_->Selector(control_.value);
 }
 
-void LatchUnit::JudgeState(const LatchWord& word, std::uint16_t before) {
+void LatchUnit::CheckState(const LatchWord& word, std::uint16_t before) {
   const std::uint8_t selector = latch_->Selector(word.value);
   const bool asks = selector != 0 && selector != latch_->Selector(before);
   if ((word.value & ~before & enable_mask_) == 0 && !asks) return;  // what only clears bits is no use of the latch
@@ -272,7 +272,7 @@ void LatchUnit::OnUpload(const mailbox::SdoTransfer& transfer, std::uint64_t val
     return;
   }
   if (transfer.index == latch_->control_object && word_object && !control_.known) {
-    // What the drive reports is nobody's mistake; it only tells where things stand.
+    // What the drive reports is no mistake of the master; it only shows the state.
     edges_.Need();
     control_.known = true;
     control_.value = word;

@@ -52,7 +52,7 @@ std::optional<std::uint64_t> BufferStart(const track::KnownFmmus& known, const P
   return lowest;
 }
 
-/// Bits of a signal that lie one behind the other in the logical address space.
+/// Bits of a signal that lie one after the other in the logical address space.
 struct LogicalPiece {
   std::uint32_t in_signal = 0;
   esc::BitRange logical;
@@ -344,7 +344,7 @@ void ProcessImage::BuildLogical(Entry& entry) {
   FindCovered(entry);
 }
 
-/// Builds the parts of those slaves anew that changed; what the others' units learned of theirs stays.
+/// Builds the parts of the changed slaves again; what the units of the others learned stays.
 void ProcessImage::RefreshLogical(Entry& entry) {
   if (eni_ != nullptr) {
     Clear(entry);
@@ -464,7 +464,7 @@ void ProcessImage::AddByEni(Entry& entry) {
 }
 
 /// The slave with this number in the ENI; one that is met counts.
-/// @return false: what it was really told counts, not the ENI
+/// @return false: what was really written to it counts, not the ENI
 bool ProcessImage::FindModel(ImagePart& part, std::size_t number) {
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
@@ -577,11 +577,11 @@ ProcessImage::Counted ProcessImage::Count(const Entry& entry, const track::Logic
   const unsigned o_least = wkc > inputs ? (wkc - inputs + step - 1) / step : 0;
   const unsigned o_most = std::min(outputs, wkc / step);
   if (o_least > o_most) return {};
-  const auto judge = [](unsigned least, unsigned most, unsigned all) {
+  const auto assess = [](unsigned least, unsigned most, unsigned all) {
     if (least == all) return Exchange::kYes;
     return most == 0 ? Exchange::kNo : Exchange::kUnknown;
   };
-  Counted counted{judge(wkc - step * o_most, wkc - step * o_least, inputs), judge(o_least, o_most, outputs)};
+  Counted counted{assess(wkc - step * o_most, wkc - step * o_least, inputs), assess(o_least, o_most, outputs)};
   if (counted.inputs != Exchange::kUnknown || inputs == 0) return counted;
   // Slaves in SAFEOP and OP give their inputs.
   for (const LogicalShare& share : expectation.shares) {

@@ -2,8 +2,8 @@
 /// slave and direction in one datagram.
 ///
 /// Where a slave's data lie follows from its sync managers and FMMUs, byte- or bit-wise. Where those are not in the
-/// capture, an ENI file tells the place, also of slaves that only process data reach. Outputs are read from what the
-/// master sent, inputs from what came back, and only when the working counter says that the slave gave them.
+/// capture, an ENI file gives the place, also of slaves that only process data reach. Outputs are read from what the
+/// master sent, inputs from what came back, and only when the working counter shows that the slave gave them.
 ///
 /// Source: esc-reference 2.1, 6, 7; ETG.2100 (cyclic commands, process image).
 #pragma once
@@ -43,7 +43,7 @@ struct ImagePart {
     std::uint32_t object = 0;  ///< index << 8 | subindex
     std::uint16_t signal = 0;  ///< number in layout->signals
     std::uint16_t bits = 0;
-    std::uint32_t bit = 0;  ///< first bit in ProcessCycle::data: in the datagram, or behind it (split_signals.h)
+    std::uint32_t bit = 0;  ///< first bit in ProcessCycle::data: in the datagram, or after it (split_signals.h)
   };
 
   std::uint64_t serial = 0;           ///< no two parts ever made have the same
@@ -74,9 +74,9 @@ struct ProcessCycle {
   wire::Command command = wire::Command::NOP;
   /// The datagram's data: of the copy sent for outputs, of the copy returned for inputs. Empty when that copy is
   /// missing, or the slave gave nothing (inputs whose exchange is neither kYes nor kInferred). Signals that do not lie
-  /// in one piece follow behind.
+  /// in one piece follow after.
   ByteSpan data;
-  bool lost = false;  ///< the frame never came back: whether the slave took or gave them, nobody knows
+  bool lost = false;  ///< the frame never came back: it is unknown whether the slave took or gave them
 
   [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
   [[nodiscard]] bool has_data() const { return !data.empty(); }
@@ -87,7 +87,7 @@ struct ProcessCycle {
   void AppendRaw(std::vector<std::uint8_t>& out) const;
 };
 
-/// Process data in a datagram with a logical address, of which nobody knows whose they are.
+/// Process data in a datagram with a logical address, without a known owner.
 struct ProcessDataUnplaced {
   const track::LogicalAccess& access;
 };
@@ -101,20 +101,20 @@ class ProcessSink {
 class ProcessImage {
  public:
   /// @param network, slaves must outlive this
-  /// @param choice tells what slaves are that only the ENI knows; must outlive this
+  /// @param choice decides what slaves are that only the ENI names; must outlive this
   /// @param eni null: none; must outlive this
   ProcessImage(const track::Network& network, const std::deque<SlaveModel>& slaves, ProfileChoice& choice,
                const device::EniConfig* eni)
       : network_(network), slaves_(slaves), choice_(choice), eni_(eni) {}
 
   /// Hands each slave's part in the datagram to `sink`, in the order of the slaves, outputs first.
-  /// @return false when nobody's place in it is known
+  /// @return false when no slave's place in it is known
   bool Read(const track::LogicalAccess& access, const LogicalExpectation& expectation, ProcessSink& sink);
   /// The same for a datagram that reads or writes a slave's process data buffer itself (FPRD, FPWR, ...).
   bool Read(const track::SlaveAccess& access, ProcessSink& sink);
-  /// Says which bytes of the process data have to be the same in the next frames, for these to tell nothing new.
+  /// Lists the bytes of the process data that have to be the same in the next frames, for these to show nothing new.
   /// @param i  the datagram of the frame that is asked about
-  /// @return false when every frame may tell something
+  /// @return false when every frame may show something
   [[nodiscard]] bool Watch(const track::LogicalAccess& access, const LogicalExpectation& expectation,
                            const track::CycleAtRest& asked, std::size_t i) const;
   /// Calls `visit(part, exchange)` for each slave's part of a datagram that Watch() was asked about since.
@@ -129,13 +129,13 @@ class ProcessImage {
   }
   /// Whether a datagram has taken another one's place since this was asked last: what was known of that one is lost.
   [[nodiscard]] bool TakeReplaced() { return std::exchange(replaced_, false); }
-  /// What was done since this was asked last, in slaves that were told of something.
+  /// What was done since this was asked last, in slaves that were updated.
   [[nodiscard]] std::uint64_t TakeWork() { return std::exchange(work_, 0); }
-  /// The slave's PDOs may be others now. Its FMMUs and sync managers are looked after without being told.
+  /// The slave's PDOs may be others now. Its FMMUs and sync managers are watched anyway.
   void OnLayoutChanged(SlaveId slave);
 
  private:
-  /// Of all that says where the process data lie.
+  /// Of all that decides where the process data are.
   struct Version {
     std::uint64_t mapping = 0;  ///< track::Network::mapping_version()
     std::uint64_t layouts = 0;
@@ -151,7 +151,7 @@ class ProcessImage {
   struct Entry {
     LogicalKind kind;              ///< of a direct one: the slave and the address in its memory
     Version version;               ///< what it rests on
-    std::vector<ImagePart> parts;  ///< by slave; those of the ENI behind
+    std::vector<ImagePart> parts;  ///< by slave; those of the ENI at the end
     std::vector<Split> splits;
     bool by_eni = false;                       ///< some part is
     std::optional<std::uint16_t> eni_counter;  ///< working counter that the ENI expects
@@ -165,7 +165,7 @@ class ProcessImage {
     Exchange inputs = Exchange::kUnknown;
     Exchange outputs = Exchange::kUnknown;
   };
-  // What takes about as long as telling a slave does, or how many times as long.
+  // What takes about as long as updating a slave does, or how many times as long.
   static constexpr std::uint64_t kLooksPerSlave = 16;
   static constexpr std::uint64_t kMakingPart = 2;
   static constexpr std::size_t kMaxParts = 8'192;  ///< of all entries but the one at hand

@@ -65,7 +65,7 @@ struct SlaveModel {
   const device::DeviceDescription* profile = nullptr;  ///< never null once the slave is met
   std::string profile_source;                          ///< how it was chosen, for people
   track::IdentityLearned identity;                     ///< what is known so far; where the capture is silent, the ENI's
-  const device::EniSlave* eni = nullptr;               ///< what the ENI says of this slave; null: nothing
+  const device::EniSlave* eni = nullptr;               ///< what the ENI states of this slave; null: nothing
   std::string name;                                    ///< from ENI or ESI, else empty (untrusted text)
   AlMachine al;
   MailboxUnit mailbox;

@@ -1,7 +1,7 @@
-/// in: what the units of a slave made of its process data.  out: whether the next data can tell them anything.
+/// in: what the units of a slave made of its process data.  out: whether the next data can change them.
 ///
 /// Nearly every cycle carries the same control and status words as the one before; positions change, but no unit looks
-/// at them then. So a unit says after each cycle whether it is still, and which words it looked at. While these stay
+/// at them then. So a unit reports after each cycle whether it is still, and which words it looked at. While these stay
 /// the same, and nothing else reached the slave's model, the units only count.
 #pragma once
 
@@ -24,7 +24,7 @@ class StillCycle {
  public:
   static constexpr std::size_t kMaxWords = 6;
 
-  /// Begins anew: no word is watched.
+  /// Begins again: no word is watched.
   void Clear() {
     generation_ = 0;
     count_ = 0;
@@ -37,7 +37,7 @@ class StillCycle {
     words_[count_++] = {static_cast<std::uint32_t>(at), Load(data, at, bits == 16), bits == 16};
     return true;
   }
-  /// The units are still; `generation` (not 0) tells the slave's model at this moment.
+  /// The units are still; `generation` (not 0) identifies the slave's model at this moment.
   void Settle(std::uint64_t generation, Exchange exchange) {
     generation_ = generation;
     exchange_ = exchange;

@@ -58,7 +58,7 @@ struct AnalysisOptions {
   std::uint32_t shuffle_rules = 0;          ///< for tests: another order that the rules allow, with the same result
   bool one_of_several = false;              ///< analyses at once: the other processors are theirs, no second thread
   const std::atomic<bool>* stop = nullptr;  ///< set by a signal handler: ends early, capture.complete = false
-  std::atomic<FrameNo>* reached = nullptr;  ///< holds the number of the packet at hand; null: nobody asks
+  std::atomic<FrameNo>* reached = nullptr;  ///< holds the number of the packet at hand; null: not wanted
   std::function<void(std::uint64_t bytes_done, std::uint64_t bytes_total, std::uint64_t frames)>
       progress;  ///< now and then
 };

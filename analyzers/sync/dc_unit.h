@@ -48,7 +48,7 @@ class DcUnit {
   /// The settings of the last time it was on, since the slave was set up.
   [[nodiscard]] const std::optional<SyncSettings>& last_active() const { return last_active_; }
   /// The same, of whichever run.
-  [[nodiscard]] const std::optional<SyncSettings>& told() const { return told_; }
+  [[nodiscard]] const std::optional<SyncSettings>& activated() const { return activated_; }
   /// SYNC0 cycle written by this slave's own address: frame; seen() false when it never was, or was set to 0 since.
   [[nodiscard]] const FrameRef& cycle_configured() const { return cycle_configured_; }
   /// Last write of another SYNC0 cycle while SYNC was on; seen() false when there was none.
@@ -71,11 +71,11 @@ class DcUnit {
     return difference_reads_ > 0 ? std::optional(difference_last_) : std::nullopt;
   }
   /// Something of the unit was read or configured by the slave's own address.
-  [[nodiscard]] bool touched() const { return present_ || latched_.seen() || told_; }
+  [[nodiscard]] bool touched() const { return present_ || latched_.seen() || activated_; }
 
   /// Whether the slave takes this write is not known.
   void Doubt(const track::SlaveAccess& access);
-  /// The slave is set up anew: what SYNC0 does now nobody knows until it is written or read.
+  /// The slave is set up again: what SYNC0 does is unknown until it is written or read.
   void BeginAnew();
 
   [[nodiscard]] DcSummary Summary(const esc::RegisterImage& registers) const;
@@ -95,7 +95,7 @@ class DcUnit {
   std::optional<esc::SyncActivation> activation_;
   std::optional<SyncSettings> active_, last_active_;
   // For reports: as they were last, whichever run that was.
-  std::optional<SyncSettings> told_;
+  std::optional<SyncSettings> activated_;
   std::optional<esc::SyncActivation> told_activation_;
   FrameRef cycle_configured_;
   FrameRef cycle_rewritten_;

@@ -67,7 +67,7 @@ bool SteadyCycles::Kind::Admit(const Fed& fed) {
   return true;
 }
 
-/// Nothing is taken that was not told.
+/// Nothing is taken that was not delivered.
 void SteadyCycles::Kind::Open() {
   frames_ = 0;
   for (Rate& rate : rates_) rate.run = {};
@@ -100,7 +100,7 @@ bool SteadyCycles::Kind::Take(const FrameTime& time, FrameNo sent, const FrameWa
   if (time.frame.number <= last_.frame.number || time.dc.has_value() != by_dc_ || !(way == way_)) return false;
   if (!IsNext(time, gap)) return false;
   if (cycle_ != 0) {
-    // So far behind the next pulse that it is none behind the last one, and none further ahead.
+    // So far after the next pulse that it is not after the last one, and not further ahead.
     const std::int64_t before = frames_ == 0 ? 0 : shifts_[frames_ - 1];
     const std::int64_t shift = before + gap - cycle_;
     if (shift < least_ || shift > most_ || gap >= cycle_ + cycle_ / 2) return false;
@@ -120,7 +120,7 @@ bool SteadyCycles::Kind::Take(const FrameTime& time, FrameNo sent, const FrameWa
   last_ = time;
   last_sent_ = sent;
   ++taken_;
-  if (++frames_ == kMost) Tell();
+  if (++frames_ == kMost) Deliver();
   return true;
 }
 
@@ -141,8 +141,8 @@ bool SteadyCycles::Kind::Reads(const OutputWatch* watch) const {
   return std::any_of(words_.begin(), words_.end(), [&](const Word& word) { return word.where.watch == watch; });
 }
 
-/// Each slave is told of the frames as if it had been of each.
-void SteadyCycles::Kind::Tell() {
+/// Each slave is updated with the frames as if with each of them.
+void SteadyCycles::Kind::Deliver() {
   if (frames_ == 0) return;
   for (Rate& rate : rates_) {
     rate.run.count = frames_;
@@ -161,7 +161,7 @@ void SteadyCycles::Kind::Tell() {
 }
 
 void SteadyCycles::Kind::End() {
-  Tell();
+  Deliver();
   for (const Word& word : words_) word.where.watch->status_word = word.now;
   count_ = 0;
   members_.clear();
@@ -203,8 +203,8 @@ bool SteadyCycles::Feeds(const OutputWatch& watch) const {
   return std::any_of(kinds_.begin(), end, [&](const Kind& kind) { return kind.Feeds(&watch); });
 }
 
-void SteadyCycles::Tell() {
-  for (std::size_t i = 0; i < used_; ++i) kinds_[i].Tell();
+void SteadyCycles::Deliver() {
+  for (std::size_t i = 0; i < used_; ++i) kinds_[i].Deliver();
 }
 
 std::uint64_t SteadyCycles::End() {

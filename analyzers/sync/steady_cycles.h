@@ -1,12 +1,12 @@
-/// in: frames with outputs of which each comes one cycle behind the last.  out: what they add to the figures of the
+/// in: frames with outputs of which each comes one cycle after the last.  out: what they add to the figures of the
 /// slaves that they feed, for many frames at once.
 ///
-/// keeps: of a few kinds of frames, those of which the slaves have not been told so far.
+/// keeps: of a few kinds of frames, those that the slaves have not been updated with so far.
 ///
 /// In OP nearly every frame is like the one before, and at the same place between two pulses of SYNC0. How far apart
-/// two of them are is the same for all slaves, and so is by how much a frame is ahead or behind: it is measured once,
-/// and each slave hears of many frames together. That is done only while nothing can come of a frame but figures: the
-/// kind that a frame is of begins behind one that was looked at for each slave, and ends with the first that is
+/// two of them are is the same for all slaves, and so is by how much a frame is early or late: it is measured once,
+/// and each slave is updated with many frames together. That is done only while a frame can only add to figures: the
+/// kind that a frame is of begins after one that was looked at for each slave, and ends with the first that is
 /// anything else but a further cycle.
 #pragma once
 
@@ -49,12 +49,12 @@ class SteadyCycles {
  public:
   /// Masters send one frame a cycle, or a few.
   static constexpr std::size_t kKinds = 4;
-  /// Frames of which the slaves are told at once, at most.
+  /// Frames that the slaves are updated with at once, at most.
   static constexpr std::size_t kMost = 128;
-  /// Whoever sends so many datagrams with process data in a frame, or other cycles to so many slaves, is told of each.
+  /// With more datagrams with process data in a frame, or other cycles for more slaves, each one is delivered.
   static constexpr std::size_t kDatagrams = 4;
   static constexpr std::size_t kRates = 4;
-  /// SYNC0 cycles as long as this are judged frame by frame: the squares of what is measured shall fit.
+  /// SYNC0 cycles as long as this are evaluated frame by frame: the squares of what is measured shall fit.
   static constexpr std::int64_t kLongestCycle = std::int64_t{1} << 27U;
 
   /// A slave that a kind of frames feeds.
@@ -71,23 +71,23 @@ class SteadyCycles {
   };
 
   /// The frame is a further cycle of its kind, and that is all there is to it.
-  /// @param datagrams  those with process data, their images told of the frame
+  /// @param datagrams  those with process data, their images updated with the frame
   [[nodiscard]] bool Take(std::span<const ProcessDatagram> datagrams, const FrameTime& time, FrameNo sent,
                           const FrameWay& way);
-  /// The frames behind this one may be taken, if each is a further cycle. It was looked at for each slave.
-  /// @param interval  how far it is behind the one before
+  /// The frames after this one may be taken, if each is a further cycle. It was looked at for each slave.
+  /// @param interval  how far it is after the one before
   /// @return whether that can be; slaves of two kinds, or with other clocks, are looked at frame by frame
   bool Begin(std::span<const ProcessDatagram> datagrams, const FrameTime& time, const Interval& interval,
              const FrameWay& way, std::span<const Fed> fed, std::span<const StatusWord> words);
   /// These data have come: the words in them are kept for the frame at hand.
-  /// @return whether the datagram belongs to a kind; else whoever has a word in it has to be told
+  /// @return whether the datagram belongs to a kind; else the images with a word in it have to be updated
   [[nodiscard]] bool Read(const ProcessDatagram& datagram, ByteSpan data);
   /// A word of this slave is kept here.
   [[nodiscard]] bool Reads(const OutputWatch& watch) const;
   /// Frames of some kind feed this slave.
   [[nodiscard]] bool Feeds(const OutputWatch& watch) const;
-  /// The slaves are told of all frames so far.
-  void Tell();
+  /// The slaves are updated with all frames so far.
+  void Deliver();
   /// So they are, and everything comes to them as it is from here on.
   /// @return the frames taken since Begin() of the kind that lasted shortest; 0 when there was none
   std::uint64_t End();
@@ -118,7 +118,7 @@ class SteadyCycles {
     [[nodiscard]] bool Read(const ProcessDatagram& datagram, ByteSpan data);
     [[nodiscard]] bool Reads(const OutputWatch* watch) const;
     [[nodiscard]] bool Feeds(const OutputWatch* watch) const;
-    void Tell();
+    void Deliver();
     void End();
     [[nodiscard]] std::uint64_t taken() const { return taken_; }
 
@@ -136,15 +136,15 @@ class SteadyCycles {
     std::vector<std::uint64_t> nominal_of_;  ///< of the images, when this began
     std::vector<Rate> rates_;
     TimeBase base_ = TimeBase::kNone;
-    TimeNs limit_ = 0;  ///< a longer gap is told
+    TimeNs limit_ = 0;  ///< a longer gap is reported
     bool by_dc_ = false;
-    std::int64_t cycle_ = 0;             ///< of SYNC0, 0: nobody's phase is measured
+    std::int64_t cycle_ = 0;             ///< of SYNC0, 0: no slave's phase is measured
     std::int64_t least_ = 0, most_ = 0;  ///< that shifts may come to
     std::array<std::int32_t, kMost> shifts_{};
     PhaseRun phases_;
     FrameTime last_;
     FrameNo last_sent_ = 0;
-    std::uint64_t frames_ = 0;  ///< not told so far
+    std::uint64_t frames_ = 0;  ///< not delivered so far
     std::uint64_t taken_ = 0;
   };
 

@@ -11,7 +11,7 @@
 namespace ecaudit::sync {
 namespace {
 
-/// How well the slaves' clocks agree with the reference when nothing says better: what counts as synchronised.
+/// How well the slaves' clocks agree with the reference if nothing better is known: what counts as synchronised.
 constexpr TimeNs kClocksAgree = 1000;
 
 }  // namespace
@@ -77,7 +77,7 @@ void Sync0Phase::Follow(const SyncSettings& settings, const FrameRef& frame, con
 }
 
 /// The first pulse, by the clock. What it reads at the frame at hand may have wrapped since SYNC was switched on, and
-/// no cycle goes into 2^32 ns: the time since then, which the stamps tell, leads to the lap that was meant.
+/// no cycle goes into 2^32 ns: the time since then, which the stamps show, leads to the lap that was meant.
 std::optional<std::uint64_t> Sync0Phase::StartOf(const SyncSettings& settings, const FrameRef& frame, const DcTime& now,
                                                  bool wide) {
   if (settings.start_is_64_bit && wide) return settings.start_ns;
@@ -179,7 +179,7 @@ void Sync0Phase::CountRun(const PhaseRun& run, TimeNs phase) {
   }
 }
 
-/// Near a pulse nobody can say on which side of it the frame arrived.
+/// Near a pulse it is unknown on which side of it the frame arrived.
 Sync0Phase::Slot Sync0Phase::SlotOf(std::int64_t since, std::int64_t pulses, std::int64_t cycle, TimeNs uncertainty) {
   const TimeNs phase = since - pulses * cycle;
   if (uncertainty >= cycle) return {(since - uncertainty) / cycle, (since + uncertainty) / cycle};

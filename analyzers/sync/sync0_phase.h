@@ -1,6 +1,6 @@
 /// in: frames with outputs for one slave, by the DC clock.  out: where each lies between two pulses of SYNC0.
 ///
-/// keeps: the statistics of all of them, the pulses that the last one came behind, and by how many the pulses can be
+/// keeps: the statistics of all of them, the pulses that the last one came after, and by how many the pulses can be
 /// ahead of the frames if each had one so far.
 #pragma once
 
@@ -17,10 +17,10 @@
 
 namespace ecaudit::sync {
 
-/// Frames with outputs that came behind one pulse of SYNC0 each, every one behind the next. How far they lie from the
+/// Frames with outputs that came after one pulse of SYNC0 each, every one after the next. How far they lie from the
 /// place between two pulses where the frame before them was is the same at all slaves that they feed.
 struct PhaseRun {
-  /// One that is further ahead, or further behind, than those before it.
+  /// One that is earlier, or later, than those before it.
   struct End {
     std::int64_t shift_ns = 0;
     FrameRef frame;
@@ -38,9 +38,9 @@ class Sync0Phase {
   struct Arrival {
     bool measured = false;
     TimeNs phase_ns = 0;      ///< since the SYNC0 before it
-    bool doubled = false;     ///< two frames came behind the same pulse
+    bool doubled = false;     ///< two frames came after the same pulse
     std::uint64_t empty = 0;  ///< pulses without a frame
-    /// Seen: it is certain only of all frames behind this one, `frames` of them, that crept over a pulse. Else these
+    /// Seen: it is certain only of all frames after this one, `frames` of them, that crept over a pulse. Else these
     /// are the one before and this one.
     FrameRef since;
     std::uint64_t frames = 0;
@@ -62,19 +62,19 @@ class Sync0Phase {
   /// @param doubt_ns  how wrong `now` may be besides, mostly: stamps know no bound; 0: the frame itself carried it
   Arrival Add(const DcUnit& unit, const FrameRef& frame, const DcTime& now, bool wide, std::int64_t way_ns,
               TimeNs doubt_ns = 0);
-  /// The frame at hand was the last one here, and nothing stands out of it or is told of what comes behind it as far
-  /// as MayShift() allows.
+  /// The frame at hand was the last one here, and nothing is conspicuous in it or reported of what comes after it as
+  /// far as MayShift() allows.
   [[nodiscard]] bool IsCalm(const DcUnit& unit, const FrameRef& frame) const {
     return has_slot_ && !begins_anew_ && unit.active() && settings_frame_.number == unit.active()->frame.number &&
            last_frame_ == frame.number && last_pulse_ >= 0 && slot_.least == pulses_ && slot_.most == pulses_;
   }
-  /// By how much further ahead or behind the last frame the next ones may lie in their cycles, so that it is sure which
-  /// pulse each came behind: least and most, both included.
+  /// By how much earlier or later than the last frame the next ones may lie in their cycles, so that it is sure which
+  /// pulse each came after: least and most, both included.
   [[nodiscard]] std::pair<std::int64_t, std::int64_t> MayShift(std::int64_t cycle) const {
     const std::int64_t phase = since_ - last_pulse_;
     return {uncertainty_ - phase, cycle - uncertainty_ - 1 - phase};
   }
-  /// Add() of each frame of a run that MayShift() allows, behind a frame that IsCalm().
+  /// Add() of each frame of a run that MayShift() allows, after a frame that IsCalm().
   void AddRun(const PhaseRun& run);
   /// The next frame is not compared with the last one.
   void End() { has_slot_ = false; }
@@ -85,12 +85,12 @@ class Sync0Phase {
   }
 
   [[nodiscard]] std::uint64_t frames() const { return frames_; }
-  /// How far behind a pulse the frames arrived so far, on average: just before one and just behind it is at it, not in
+  /// How far after a pulse the frames arrived so far, on average: just before one and just after it is at it, not in
   /// the middle.
   [[nodiscard]] TimeNs UsualNs(TimeNs cycle) const;
   /// How well the slave's clock is known to agree with the reference, ns.
   [[nodiscard]] TimeNs uncertainty_ns() const { return uncertainty_; }
-  /// Frames so near to a pulse that nobody knows on which side, and the first of them.
+  /// Frames so near to a pulse that the side is unknown, and the first of them.
   [[nodiscard]] std::uint64_t undecided() const { return undecided_; }
   [[nodiscard]] const FrameRef& first_undecided() const { return first_undecided_; }
   /// Intervals without a frame or with two were found.
@@ -142,7 +142,7 @@ class Sync0Phase {
   Lead least_, most_;       // with one pulse for each frame since a frame that did not follow on another
   std::uint64_t frames_ = 0, empty_ = 0, doubled_ = 0, undecided_ = 0;
   FrameRef first_undecided_;
-  TimeNs origin_ = 0;      // phase of the first frame, from which the others are told ...
+  TimeNs origin_ = 0;      // phase of the first frame, from which the others are measured ...
   Signed128 sum_ = 0;      // ... the shorter way round: the sum of that, and ...
   Signed128 squares_ = 0;  // ... of its squares
   TimeNs min_ = 0, max_ = 0, margin_ = 0, uncertainty_ = 0;

@@ -23,7 +23,7 @@ constexpr std::uint32_t kFcsBytes = 4;
 constexpr std::uint32_t kMinFrameBytes = 60;
 /// Value of 0x0420 after power-on.
 constexpr std::uint16_t kDefaultWatchdogSteps = 1000;
-/// Slaves are synchronised within it, ns: a delay that was measured anew differs by less.
+/// Slaves are synchronised within it, ns: a delay that was measured again differs by less.
 constexpr std::int64_t kSameDelay = 1000;
 
 /// Whether an access reads or writes some of `bytes` registers from `first` on.
@@ -40,7 +40,7 @@ bool BringsOutputs(const ProcessDatagram& datagram) {
 
 TimeNs ConfiguredOr(const model::SlaveModel& slave, TimeNs measured) {
   const std::optional<TimeNs> configured = model::InterpolationTime(slave);
-  // More than a tenth off is another cycle: sync-cycle-mismatch tells.
+  // More than a tenth off is another cycle: sync-cycle-mismatch reports it.
   return configured && std::abs(measured - *configured) <= *configured / 10 ? *configured : measured;
 }
 
@@ -120,7 +120,7 @@ void SyncModel::On(const track::LogicalAccess& access) {
   if (!WasRepeated(access.returned)) Add(access);
 }
 
-/// Each frame has its time, whatever else it tells.
+/// Each frame has its time, whatever else it shows.
 void SyncModel::On(const track::FrameRepeated& repeated) {
   repeated_until_ = repeated.returned.number;
   repeats_ = true;
@@ -147,7 +147,7 @@ void SyncModel::Add(const track::LogicalAccess& access) {
 
 void SyncModel::ReadStatusWords(const track::LogicalAccess& access) {
   const model::LogicalExpectation& expected = bus_.Expect(access);
-  // Whose inputs these are is not certain, or nobody fills whole bytes.
+  // The owner of these inputs is not certain, or no slave fills whole bytes.
   if (access.wkc != expected.full || !expected.fills_bytes) return;
   for (const model::LogicalShare& share : expected.shares) {
     const model::SlaveModel& slave = bus_.slave(share.slave);
@@ -227,7 +227,7 @@ const model::LogicalExpectation& SyncModel::ExpectationOf(const ProcessDatagram&
 
 void SyncModel::FeedEach(const FrameAtHand& at_hand) {
   bool fed = false;
-  steady_.Tell();
+  steady_.Deliver();
   for (const ProcessDatagram& datagram : pending()) {
     if (datagram.slave != kNoSlave) {
       EndSteady();
@@ -262,7 +262,7 @@ bool SyncModel::TakeSteady(const FrameAtHand& at_hand) {
   return steady_.Take(pending(), at_hand.time, sent_.number, at_hand.way);
 }
 
-/// Behind a frame that every slave was told of: the next ones may be further cycles and nothing else.
+/// After a frame that was delivered to every slave: the next ones may be further cycles and nothing else.
 void SyncModel::BeginSteady(const FrameAtHand& at_hand) {
   WaitForSteady(false);  // unless it proves to be
   if (sink_.HasSubscribers<IntervalMeasured>() || sink_.HasSubscribers<PhaseMeasured>()) return;
@@ -376,7 +376,7 @@ void SyncModel::FollowInterval(SlaveId id, Slave& slave, const FrameTime& time, 
   }
   const std::optional<SyncSettings>& sync = slave.dc.active();
   const bool by_sync0 = sync && sync->activation.sync0();
-  // The grid begins anew when its cycles do.
+  // The grid begins again when its cycles do.
   if (!in_op || !watch.in_op || by_sync0) watch.grid.End();
   if (!in_op || !watch.in_op) return;
   if (watch.image != nullptr && watch.image->has_nominal()) AddToRate(id, slave, gap, time.frame);
@@ -398,7 +398,7 @@ void SyncModel::AddToRate(SlaveId id, Slave& slave, const Interval& interval, co
   watch.rate.Add(interval, watch.last.frame, to);
 }
 
-/// Many frames for the slave were sent since its intervals are others than before, and did not come back so far.
+/// Many frames for the slave were sent since its intervals are others than before, and never returned so far.
 bool SyncModel::FramesMissing(SlaveId id, const OutputRate& rate, const CyclicImage& image, TimeNs configured) const {
   if (!rate.MayTurn(image, configured)) return false;
   return sent_frames_.UnreturnedBetween(rate.turn_from(), sent_.number, bus_.network().fmmus(id)) >=
@@ -501,7 +501,7 @@ void SyncModel::OnDelayAccess(const track::SlaveAccess& access) {
   if (moved > kSameDelay || moved < -kSameDelay) Of(access.slave).outputs.phase.BeginAnew();
 }
 
-/// Before it was known what maps its outputs, nobody can tell which frames brought some: it is known to wait from here.
+/// Before it was known what maps its outputs, it is unknown which frames brought some: it is known to wait from here.
 void SyncModel::OnFmmus(const track::SlaveAccess& access) {
   if (!access.done()) return;
   Slave& slave = Of(access.slave);
@@ -534,7 +534,7 @@ void SyncModel::OnDcAccess(const track::SlaveAccess& access) {
     clock_.WasSet(access.slave);
   }
   const DcUnit::Change change = slave.dc.On(access, bus_.network().state(access.slave).registers);
-  // What came so far is judged while it is known by which settings.
+  // What came so far is evaluated while it is known by which settings.
   if (change == DcUnit::Change::kSwitchedOff) EndRate(access.slave, slave.outputs);
   if (change == DcUnit::Change::kSwitchedOn) {
     slave.outputs.rate.BeginAnew();
@@ -571,7 +571,7 @@ void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
   sink_.Publish(event);
 }
 
-/// What was sent in a hole nobody knows: no interval, no slot and no rhythm reaches over it.
+/// What was sent in a capture gap is unknown: no interval, no slot and no rhythm reaches over it.
 void SyncModel::On(const track::CaptureGap& gap) {
   Flush();
   EndSteady();
@@ -649,8 +649,8 @@ void SyncModel::On(const mailbox::SdoTransfer& transfer) {
   if (!PllWatch::Concerns(transfer, slave)) return;
   Slave& own = Of(transfer.slave);
   const auto& active = own.dc.active();
-  const bool judged = own.outputs.in_op && active && active->activation.sync0();
-  if (const auto measured = own.pll.On(transfer, slave, judged, own.outputs.frames_in_op)) sink_.Publish(*measured);
+  const bool evaluated = own.outputs.in_op && active && active->activation.sync0();
+  if (const auto measured = own.pll.On(transfer, slave, evaluated, own.outputs.frames_in_op)) sink_.Publish(*measured);
 }
 
 void SyncModel::Finish() {
@@ -739,8 +739,8 @@ std::optional<DcSummary> SyncModel::Summarise(SlaveId slave) const {
   summary.reference = clock_.samples() > 0 && clock_.reference() == slave;
   summary.pll = slaves_[slave]->pll.Summary(bus_.slave(slave));
   const Sync0Phase& phase = slaves_[slave]->outputs.phase;
-  if (phase.frames() > 0 && unit.told()) {
-    summary.phase = phase.Summary(unit.told()->sync0_cycle_ns.value_or(0));
+  if (phase.frames() > 0 && unit.activated()) {
+    summary.phase = phase.Summary(unit.activated()->sync0_cycle_ns.value_or(0));
   }
   return summary;
 }

@@ -1,12 +1,12 @@
 /// in: decoder events.  out: SyncSwitchedOn, OutputGap, SyncSlotMiss, ArrivalOff, PllMeasured; figures of cycle and
 /// clocks when the capture ends.
 ///
-/// keeps: what belongs to the frame at hand, whose time may stand behind its process data; all else is kept by
+/// keeps: what belongs to the frame at hand, whose time may come after its process data; all else is kept by
 ///
 ///   CyclicImages  rhythm of the process data       DcUnit, DcClock  distributed clocks
-///   OutputWatch   how outputs reach one slave      PllWatch         what the drive says of its own clock
+///   OutputWatch   how outputs reach one slave      PllWatch         what the drive shows of its own clock
 ///   SentFrames    frames as they passed            TimeTrust        how good the stamps are
-///   SteadyCycles  frames of which slaves hear later, many at once
+///   SteadyCycles  frames that slaves are updated with later, many at once
 #pragma once
 
 #include <array>
@@ -39,7 +39,7 @@ namespace ecaudit::sync {
 /// 999.9 us counts as one of 1 ms. Null when there is none.
 [[nodiscard]] const device::JitterLimit* LimitFor(const model::SlaveModel& slave, TimeNs measured);
 
-/// Process data of `image` came `interval` behind the last ones, by the best clock that both frames have.
+/// Process data of `image` came `interval` after the last ones, by the best clock that both frames have.
 struct IntervalMeasured {
   static constexpr bool kRoutine = true;
   const CyclicImage& image;
@@ -47,7 +47,7 @@ struct IntervalMeasured {
   TimeNs interval = 0;
 };
 
-/// A frame with process data for a slave in OP ended `phase` behind SYNC0.
+/// A frame with process data for a slave in OP ended `phase` after SYNC0.
 struct PhaseMeasured {
   static constexpr bool kRoutine = true;
   SlaveId slave = kNoSlave;
@@ -58,7 +58,7 @@ struct PhaseMeasured {
 class SyncModel final {
  public:
   /// @param bus  whence events come and where what is concluded goes
-  /// All arguments must outlive the model. Made before everybody else who listens: rules that hear of process data find
+  /// All arguments must outlive the model. Made before all other subscribers: rules that receive process data find
   /// them measured.
   SyncModel(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus);
 
@@ -107,7 +107,7 @@ class SyncModel final {
     DcUnit dc;
     OutputWatch outputs;
     PllWatch pll;
-    // As they were behind the last access to them:
+    // As they were after the last access to them:
     bool fmmus_known = false;
     bool outputs_mapped = false;
   };
@@ -142,7 +142,7 @@ class SyncModel final {
   void MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand);
   void ReadStatusWords(const track::LogicalAccess& access);
   void Add(const track::LogicalAccess& access);
-  /// The last of several cycles is told once more, in full: its time was measured.
+  /// The last of several cycles is published once more, in full: its time was measured.
   [[nodiscard]] bool WasRepeated(const FrameRef& returned) const {
     return returned.seen() && returned.number <= repeated_until_;
   }
@@ -152,7 +152,7 @@ class SyncModel final {
   }
   [[nodiscard]] std::optional<DcTime> DcByStamps() const;
   void EndRun(SlaveId id);
-  /// The rhythm of its outputs is judged now or not at all.
+  /// The rhythm of its outputs is evaluated now or not at all.
   [[nodiscard]] bool FramesMissing(SlaveId id, const OutputRate& rate, const CyclicImage& image,
                                    TimeNs configured) const;
   void EndRate(SlaveId id, OutputWatch& watch);

@@ -1,10 +1,10 @@
-/// Who hears which event, and in which order.
+/// Who receives which event, and in which order.
 ///
 /// Stages of one event, and what they mean:
 ///   kBeforeModel  what happened, against what was known before: rules compare, histories note the change
 ///   kModel        the models learn from it, and may publish what they conclude; each such event runs through its own
 ///                 stages at once, before this one goes on
-///   kAfterModel   what is known now: whoever looks at a slave as the event left it
+///   kAfterModel   what is known now: for code that needs a slave as the event left it
 /// Within a stage: in the order of registration, which is that of construction (models, collectors, rules by id).
 #pragma once
 
@@ -22,7 +22,7 @@ enum class Stage : std::uint8_t { kBeforeModel, kModel, kAfterModel };
 
 class EventBus : public EventSink {
  public:
-  /// A wish to hear one type of event, before or without a bus.
+  /// A subscription to one type of event, before or without a bus.
   class Subscription {
    public:
     template <class Event, class T>
@@ -67,10 +67,10 @@ class EventBus : public EventSink {
   }
 
  private:
-  /// Those who hear one type, by stage.
+  /// Those who receive one type, by stage.
   struct Audience {
     std::vector<Listener> listeners;
-    std::array<std::size_t, 3> ends{};  ///< behind the last listener of each stage
+    std::array<std::size_t, 3> ends{};  ///< after the last listener of each stage
   };
 
   void Insert(std::uint16_t type, Stage stage, const Listener& listener) {

@@ -21,7 +21,7 @@ constexpr std::uint16_t kUserRam = 0x0F80;
 /// EtherType for private use (IEEE 802, "local experimental"): what is left of other traffic.
 constexpr std::uint8_t kOtherType[2] = {0x88, 0xB5};
 constexpr std::uint64_t kBroadcast = 0xFFFF'FFFF'FFFF;
-/// Slaves set the one, groups have the other: both say something of the bus.
+/// Slaves set the one, groups have the other: both show something of the bus.
 constexpr std::uint64_t kLocalBit = std::uint64_t{1} << 41U;
 constexpr std::uint64_t kGroupBit = std::uint64_t{1} << 40U;
 /// 00:00:5E:00:53:00, for documents (RFC 7042).

@@ -204,14 +204,14 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
                                                      : "no EtherCAT frame among " + Count(capture.packets, "packet");
     return {summary.fail ? "FAIL" : summary.unmet ? "UNMET" : "NOTHING-TO-CHECK", packets + limits};
   }
-  if (!capture.judged) return {"NOT-JUDGED", "the start-up is shown; ecaudit check judges the capture" + limits};
+  if (!capture.judged) return {"NOT-JUDGED", "the start-up is shown; ecaudit check evaluates the capture" + limits};
   const std::vector<std::string> reservations = summary.fail ? std::vector<std::string>() : Reservations(capture);
   const std::string reservation = ReservationText(reservations);
   std::string brief = reservations.size() > 1 ? ", but " + reservations.front() + " and more" : reservation;
   constexpr std::string_view kWordy = "evaluations were possible";
   if (const std::size_t at = brief.find(kWordy); at != std::string::npos) brief.replace(at, kWordy.size(), "evaluated");
   const std::string verdict = summary.fail ? "FAIL" : summary.unmet ? "UNMET" : summary.limited ? "LIMITED" : "PASS";
-  if (summary.limited && !summary.fail && capture.slaves > 0) limits = "; not judged: " + capture.limited + limits;
+  if (summary.limited && !summary.fail && capture.slaves > 0) limits = "; not evaluated: " + capture.limited + limits;
   const std::optional<MainFinding> main = MainFindingOf(capture);
   if (!main) {
     const std::string none = std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +

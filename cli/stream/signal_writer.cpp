@@ -175,7 +175,7 @@ std::optional<Error> SignalWriter::EndLearning(Console& console) {
 
 /// Why bytes have no names, and which names are guesses; the same thing of many slaves once.
 void SignalWriter::ReportOddities(Console& console) const {
-  std::map<std::string, std::vector<std::string>> raw;                     // slaves by what is said of them
+  std::map<std::string, std::vector<std::string>> raw;                     // slaves by what is reported about them
   std::vector<std::pair<std::string, std::vector<std::string>>> inferred;  // objects of each slave, in their order
   const auto add = [](std::vector<std::string>& list, const std::string& item) {
     if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
@@ -199,7 +199,7 @@ void SignalWriter::ReportOddities(Console& console) const {
   }
 }
 
-/// How nearly all signals are written, said once: as signals::ReadSignal() reads them.
+/// How nearly all signals are written, described once: as signals::ReadSignal() reads them.
 SignalWriter::Form SignalWriter::FormOf(const SignalColumn& column) {
   if (column.kind != ColumnKind::kSignal || column.divisor != 1.0) return Form::kOther;
   const signals::SignalValue none = signals::ReadSignal(column.type, column.bits, 0);
@@ -473,7 +473,7 @@ void SignalWriter::ShowDatagram(const track::LogicalAccess& access) {
       FillBytes(column, data);
     }
   };
-  // What the copy sent holds where slaves only read is nothing: it says what the master left there.
+  // What the copy sent holds where slaves only read is nothing: it shows what the master left there.
   if (access.command != wire::Command::LRD) show(false, access.sent, access.sent_data);
   if (access.command != wire::Command::LWR) show(true, access.returned, access.returned_data);
 }

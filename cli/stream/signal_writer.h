@@ -43,7 +43,7 @@ class SignalWriter final : public LineWriter {
   void Begin(Observation& observation, const StreamContext& context) override;
   void End() override;
   [[nodiscard]] bool ShowsUnmet(std::span<const SlaveSelector> selectors) const override;
-  /// What comes later says nothing about what was before.
+  /// What comes later shows nothing about what was before.
   [[nodiscard]] bool stops_at_range_end() const override { return true; }
 
   // What is received.
@@ -65,7 +65,7 @@ class SignalWriter final : public LineWriter {
     std::vector<std::uint8_t> bytes;
     friend bool operator==(const Cell&, const Cell&) = default;
   };
-  /// What a state or command column last said. Drives stay in a state for long, and its name takes a search.
+  /// What a state or command column last reported. Drives stay in a state for long, and its name takes a search.
   struct Word {
     std::optional<std::uint64_t> raw;  ///< unset: nothing yet
     const device::DriveProfile* drive = nullptr;

@@ -75,7 +75,7 @@ class StreamRun {
  public:
   /// @param formats  for the help
   void Declare(OptionSet& options, const std::string& formats = "text (default) or jsonl: one JSON object a line");
-  /// Reads the capture and lets `writer` write. What goes wrong is said on `console`, once.
+  /// Reads the capture and lets `writer` write. What goes wrong is reported on `console`, once.
   [[nodiscard]] ExitStatus Run(Console& console, LineWriter& writer, std::string_view command);
 
  private:

@@ -210,7 +210,7 @@ GapBefore Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Rep
     OnGap(sender);
     return GapBefore::kCertain;
   }
-  // Where no number says that it is the next one, it is unknown how many are missing with its outbound copy.
+  // Where no number shows that it is the next one, it is unknown how many are missing with its outbound copy.
   if (copy == Copy::kProvesGap && !rhythm.indices.continued() && !OnlyOneFits(rhythm, last, frame.ref())) {
     OnGap(sender);
     return GapBefore::kCertain;
@@ -693,7 +693,7 @@ bool Pairing::WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept
     if (!early.used || early.key != key) continue;
     if (!frame.ref().has_time || !early.ref.has_time) continue;
     const std::int64_t round_trip = Elapsed(frame.ref().time, early.ref.time);
-    // On one interface equal stamps say nothing: a later frame of a master that uses one index only looks the same.
+    // On one interface equal stamps show nothing: a later frame of a master that uses one index only looks the same.
     const bool one_interface = early.interface_index == frame.interface_index();
     const bool skewed = directions_.returns_stamped_first() && !one_interface;
     const std::int64_t least = one_interface ? 1 : skewed ? -DirectionLearner::kSkewNs : 0;
@@ -884,7 +884,7 @@ bool Pairing::IsAltered(const wire::FrameView& frame) noexcept {
   if (senders_[alike->sender].rhythm.indices.IsAfter(frame, 1) && !WasSent(alike->sender, frame, Like::kIndex)) {
     return false;
   }
-  // With one index for all it says nothing: then only what differs by no more than flipped bits is the same frame, and
+  // With one index for all it shows nothing: then only what differs by no more than flipped bits is the same frame, and
   // what is like another frame that was sent just before is not.
   const IndexSequence& indices = senders_[alike->sender].rhythm.indices;
   if (indices.repeats() && !indices.IsNumbered(frame) &&

@@ -11,8 +11,8 @@
 /// the snap length may be the return, are undecided. So are frames in flight where the capture has a gap: where the
 /// indices of a master that numbers its frames do not follow each other, and, where indices do not show, where it was
 /// silent for much longer than before, and where a frame comes back whose outbound copy is not in the capture, unless
-/// its index says that it is only that copy. A master that sends the same frame again after a silence has shown that it
-/// was its time-out: the first one is lost. While no slave answers, nothing is lost or taken as done.
+/// its index shows that it is only that copy. A master that sends the same frame again after a silence has shown that
+/// it was its time-out: the first one is lost. While no slave answers, nothing is lost or taken as done.
 ///
 /// Where one port of a redundant line was captured, what it sends comes back at the other one, and is taken as done
 /// when what that one sent arrives; what comes back here shows that the line is broken.
@@ -35,7 +35,7 @@ namespace ecaudit::bus {
 
 /// What changes with nearly every packet.
 struct PairingProgress {
-  FrameNo last_loose = 0;  ///< frame whose index does not say that it is the next one; 0: there was none
+  FrameNo last_loose = 0;  ///< frame whose index does not show that it is the next one; 0: there was none
   std::uint64_t outbound = 0;
   std::uint64_t returned = 0;
   std::uint64_t paired = 0;

@@ -1,4 +1,4 @@
-/// in: packets and what Pairing says of each.  out: the same once more, later and in another thread.
+/// in: packets and the result of Pairing for each.  out: the same once more, later and in another thread.
 ///
 /// Keeps the calls to a BusSink for some packets, so that pairing can continue while earlier packets are processed.
 #pragma once
@@ -84,7 +84,7 @@ class Traffic {
   std::vector<PairingIncidents> incidents_;  ///< kept when they change: the other thread's processor reads all of this
 };
 
-/// Writes down what Pairing says.
+/// Writes down the results of Pairing.
 class TrafficRecorder final : public BusSink {
  public:
   /// What follows goes there.

@@ -159,7 +159,7 @@ void TrafficReader::FixDirections() noexcept {
   directions_.Finish();
 }
 
-/// Recordings put one after the other describe their interfaces again: that one is new does not say that it is at
+/// Recordings put one after the other describe their interfaces again: that one is new does not show that it is at
 /// another bus.
 bool TrafficReader::IsOfLaterSection(const wire::FrameView& packet) const noexcept {
   const std::vector<capture::Interface>& interfaces = source_.info().interfaces;

@@ -124,7 +124,7 @@ struct AlStateForgotten {
   bool may_be_set_up_anew = true;  ///< false: its registers and objects are presumed to be as they were
 };
 
-/// What the EEPROM (SII), object 1018h, ESI or ENI says a slave is.
+/// What the EEPROM (SII), object 1018h, ESI or ENI states a slave is.
 struct IdentityLearned {
   enum class Source : std::uint8_t { kEeprom, kObject1018, kEsi, kEni };
   SlaveId slave = kNoSlave;

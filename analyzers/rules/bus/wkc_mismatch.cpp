@@ -275,7 +275,7 @@ class WkcMismatch final : public Rule {
     std::vector<Watched> slaves;
   };
   static constexpr std::size_t kMaxEpisodes = 32;
-  static constexpr FrameNo kAbout = 2000;  ///< a finding so many frames later may have the same cause
+  static constexpr FrameNo kAbout = 2000;  ///< a finding this number of frames later may have the same cause
 
   /// If several shares fit, that of the slave which left its state is missing.
   void AddWhoLeftItsState(Finding& own, Finding& cause) const {

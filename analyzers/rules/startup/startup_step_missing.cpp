@@ -50,7 +50,7 @@ constexpr RuleInfo kInfo{.id = "startup-step-missing",
                          .doc = R"(
 ## What it checks
 Every step that the expectation lists for a slave: register writes, SDO transfers, state requests, commands to a drive.
-Every slave that it lists must be on the bus. Where the expectation says "outcome": "done", the slave must have
+Every slave that it lists must be on the bus. Where the expectation has "outcome": "done", the slave must have
 followed: the state was reached, the transfer answered, the register accepted, the drive enabled.
 
 ## Why it matters
@@ -68,7 +68,7 @@ The expected and the observed steps of a slave are aligned. A step without a cou
   on. A drive failed if it shows a fault, or does not show Operation enabled within a second. A later success counts.
 - Steps that did not happen because a state was not reached are listed with the failed step.
 - If the capture ends before, or the master does not poll, the step is not evaluated.
-- A second start-up in the same capture is not compared; the report says so.
+- A second start-up in the same capture is not compared; the report names it.
 
 ## Example
 tests/rules/startup-step-missing/violates.trace

@@ -225,10 +225,10 @@ std::string InMarkdown(const std::string& text) {
 std::string RulesPage() {
   std::string page =
       "# Rules\n\n"
-      "What `ecaudit check` judges, chapter by chapter. `ecaudit explain RULE` prints the same text. This page is "
+      "What `ecaudit check` evaluates, chapter by chapter. `ecaudit explain RULE` prints the same text. This page is "
       "written\n"
-      "from the rules themselves (`analyzers/rules/`); `docs/sources.md` says which documents the sources are.\n\n"
-      "A rule fires only on what the capture shows; where it lacks a fact it stays silent and the report says so. "
+      "from the rules themselves (`analyzers/rules/`); `docs/sources.md` lists the documents.\n\n"
+      "A rule fires only on what the capture shows. If it lacks a fact, it is silent, and the report gives the reason. "
       "Severities\n"
       "are defaults: `--rule ID=off|info|warning|error` or \"rules\" in `.ecaudit.json` change them.\n";
   for (const std::string_view group : cli::RuleGroups()) {
