@@ -130,7 +130,7 @@ class CaptureText {
   }
 
   /// "evaluated: 204 of 216 checks, 6 in part; 4 rules not for every slave (see below)". A check is a rule for one slave.
-  [[nodiscard]] std::string JudgedText() const {
+  [[nodiscard]] std::string EvaluatedText() const {
     const CoverageCount count = CountOf(result_.coverage);
     std::string text;
     if (count.applicable() > 0) {
