@@ -103,6 +103,7 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   if (!report::WithoutEtherCat(out.report.result)) out.unmet = UnmetSlaves(settings.analysis, out.report.result);
   if (!report::WithoutEtherCat(out.report.result)) out.missing = MissingSlaves(settings.slaves, out.report.result);
   const std::size_t slaves = out.report.result.slaves.size();
+  if (!settings.slaves.empty()) out.slaves_there = SlavesThere(out.report.result);
   out.lacks_slave = !report::WithoutEtherCat(out.report.result) &&
                     KeepSlaves(settings.slaves, out.report.result) == 0 && !settings.slaves.empty();
   if (out.lacks_slave) out.missing.clear();

@@ -1,5 +1,6 @@
 #include "cli/capture_options.h"
 
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -157,7 +158,8 @@ void CaptureOptions::Declare(OptionSet& options) {
 
 void CaptureOptions::DeclareSettings(OptionSet& options) {
   options.Group("What to read");
-  options.Values("--slave", "SLAVE", slaves, "report only this slave: position 0, or address 0x1001 (repeatable)");
+  options.Values("--slave", "SLAVE", slaves,
+                 "report only this slave: position 0 (the first), address 0x1001, or name (repeatable)");
   options.Values("--interface", "N", interfaces, "read only interface N of the capture, 0 is the first (repeatable)");
   options.Value("--from", "START", from,
                 "start here: seconds from the first frame, #760, 02:13:07.250, or 2026-03-02T02:13Z");
@@ -188,7 +190,7 @@ void GateOptions::Declare(OptionSet& options) {
   options.Values("--rule", "ID=SEVERITY", rules, "error, warning, info, or off for one rule (repeatable)");
   options.Value("--baseline", "FILE", baseline, "known findings, which do not count");
   options.Value("--require", "WHAT", require,
-                "exit 1 unless the capture shows slaves=N,state=OP,reached=OP,judged=90% (each part is optional)");
+                "exit 1 unless the capture shows slaves=N,state=OP,reached=OP,judged=90% (any of these)");
   options.Value("--write-baseline", "FILE", write_baseline, "write all findings of this run to FILE");
 }
 
@@ -198,6 +200,20 @@ Result<SlaveSelector> ParseSlave(std::string_view text) {
       by_address ? ParseUnsigned<std::uint16_t>(text.substr(2), 16) : ParseUnsigned<std::uint16_t>(text, 10);
   if (!value) return Error{Quoted(text) + " is not a slave: give a position such as 0, or an address such as 0x1001"};
   return SlaveSelector{by_address, *value};
+}
+
+Result<SlaveSelector> ParseShownSlave(std::string_view text) {
+  Result<SlaveSelector> slave = ParseSlave(text);
+  if (slave) {
+    constexpr std::size_t kAddressDigits = 4;
+    if (!slave->by_address && text.size() == kAddressDigits) {
+      slave->or_address = ParseUnsigned<std::uint16_t>(text, 16).value_or(0);
+    }
+    return slave;
+  }
+  // A mistyped number is no name: names of devices begin with a letter.
+  if (text.empty() || std::isalpha(static_cast<unsigned char>(text.front())) == 0) return slave.error();
+  return SlaveSelector{.name = std::string(text)};
 }
 
 std::optional<Error> AddRuleSetting(std::string_view text, AnalysisOptions& analysis) {
@@ -340,7 +356,7 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
     settings.analysis.interfaces.push_back(*interface);
   }
   for (const std::string& text : options.slaves) {
-    const Result<SlaveSelector> slave = ParseSlave(text);
+    const Result<SlaveSelector> slave = ParseShownSlave(text);
     if (!slave) return slave.error();
     settings.slaves.push_back(*slave);
   }

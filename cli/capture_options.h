@@ -96,6 +96,8 @@ void AddFiles(const Settings& settings, CommandFiles& files);
 
 /// "0" is a position, "0x1001" a station address.
 [[nodiscard]] Result<SlaveSelector> ParseSlave(std::string_view text);
+/// The same for --slave, as reports print slaves: also "1001" for the address 0x1001, and a name such as "AKD".
+[[nodiscard]] Result<SlaveSelector> ParseShownSlave(std::string_view text);
 /// "0" is the first interface of a capture.
 [[nodiscard]] Result<std::uint16_t> ParseInterface(std::string_view text);
 /// "al-timeout=warning", "sdo-abort=off".

@@ -78,7 +78,7 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
   }
   for (const std::string& notice : capture->notices) console.Warning(notice);
   for (const std::string& slave : capture->missing) console.Warning(job.name() + " has no slave " + slave);
-  if (capture->lacks_slave) without_slave_.push_back(job.name());
+  if (capture->lacks_slave) without_slave_.emplace_back(job.name(), capture->slaves_there);
   report.captures.push_back(std::move(capture->report));
   if (interrupted) {
     return Interrupted(console, job.name() + ": interrupted after " + Count(read.packets, "packet"));
@@ -104,10 +104,11 @@ void CaptureRun::MarkKnown(report::CaptureReport& capture) const {
   if (const Baseline* baseline = baselines_.Find(capture.baseline)) ApplyBaseline(*baseline, capture);
 }
 
-std::string CaptureRun::WithoutSlave(const std::string& capture) const {
+std::string CaptureRun::WithoutSlave(const std::pair<std::string, std::string>& capture) const {
   std::string slaves;
   for (const std::string& slave : options.slaves) slaves += (slaves.empty() ? "" : " or ") + slave;
-  return capture + " has no slave " + slaves;
+  return capture.first + " has no slave " + slaves +
+         (capture.second.empty() ? "; it shows no slave" : "; slaves count from 0, and there is " + capture.second);
 }
 
 ExitStatus CaptureRun::ReportMissingSlaves(const report::Report& report, Console& console) const {
@@ -115,7 +116,7 @@ ExitStatus CaptureRun::ReportMissingSlaves(const report::Report& report, Console
   if (without_slave_.size() == report.captures.size()) {
     return without_slave_.empty() ? ExitStatus::kClean : Fail(console, Error{WithoutSlave(without_slave_.front())});
   }
-  for (const std::string& name : without_slave_) console.Warning(WithoutSlave(name));
+  for (const auto& capture : without_slave_) console.Warning(WithoutSlave(capture));
   return ExitStatus::kClean;
 }
 

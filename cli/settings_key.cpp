@@ -40,6 +40,7 @@ void PutFile(JsonObject& out, std::string_view key, const std::string& path) {
 void AddSelectorParts(JsonArray& out, const SlaveSelector& slave) {
   out.Add(slave.by_address);
   out.Add(slave.value);
+  if (!slave.name.empty()) out.Add(slave.name);
 }
 
 void AddSelector(JsonArray& out, const SlaveSelector& slave) {

@@ -156,9 +156,11 @@ class ExplainCommand : public Command {
         "  0x06090011             SDO abort code\n"
         "  F125, n503             fault or warning that a drive shows\n"
         "  6040h, 1018h:1         object, by family; 6040h, 6041h and 6060h with bits and values\n"
+        "  6041h=0x1237           value of an object: state and bits\n"
+        "  6041, 1C12:1, 27       the same without a mark; 27 is a code in decimal and in hexadecimal\n"
         "  0x0130, 0x0810         register with its bits\n"
         "  FPRD                   datagram command\n"
-        "  SAFEOP                 AL state");
+        "  SAFEOP, SAFEOP+ERR     AL state");
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {

@@ -110,7 +110,7 @@ class CaptureText {
   /// The verdict; what was found in how much; what it does not rest on; how much was evaluated.
   void FirstLines() {
     const CaptureDigest digest = DigestOf(capture_);
-    const VerdictLine verdict = VerdictLineOf(digest, style_);
+    const VerdictLine verdict = VerdictLineOf(digest, style_, style_.quiet);
     text_.Line(text_.Styled(verdict.word, verdict.style) + verdict.rest);
     if (style_.quiet || WithoutEtherCat(result_)) return;
     std::string counts = Counts(Summarise(capture_));

@@ -118,6 +118,8 @@ VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, 
   Parts parts = PartsOf(capture, headline, style);
   KeepReservation(headline, parts);
   const std::string path = OneLine(capture.path);
+  // Of files that are read as one, the folder of the last would go and the others stay.
+  whole_path = whole_path || path.find(", ") != std::string::npos;
   const std::string name = whole_path ? path : path.substr(WrappingSum(path.rfind('/'), std::size_t{1}));
   const std::string stem = whole_path ? path : WithoutEnding(name);
   const std::string bare = WithoutBrackets(parts.what);

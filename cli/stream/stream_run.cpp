@@ -67,6 +67,7 @@ bool SelectsAddress(std::span<const SlaveSelector> selectors, std::optional<Slav
                     std::optional<StationAddress> station) {
   if (selectors.empty()) return true;
   return std::any_of(selectors.begin(), selectors.end(), [&](const SlaveSelector& selector) {
+    if (!selector.by_address && selector.or_address != 0 && station == selector.or_address) return true;
     return selector.by_address ? station == selector.value : position == selector.value;
   });
 }
@@ -80,6 +81,7 @@ bool SelectsSlave(std::span<const SlaveSelector> selectors, const track::Network
   for (const SlaveSelector& selector : selectors) {
     const std::uint16_t* const own = selector.by_address ? station : position;
     if (own != nullptr && *own == selector.value) return true;
+    if (selector.or_address != 0 && station != nullptr && *station == selector.or_address) return true;
   }
   return false;
 }
@@ -191,6 +193,11 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
   capture_.local_time = output_.text.time == Name(report::TimeMode::kLocal);
   Result<Settings> settings = ResolveSettings(capture_, GateOptions{}, capture_.captures.front());
   if (!settings) return Fail(console, settings.error());
+  for (const SlaveSelector& slave : settings->slaves) {
+    if (slave.name.empty()) continue;
+    return Fail(console, Error{"--slave is '" + slave.name + "' but " + std::string(command) +
+                               " takes positions and addresses; check shows them beside the names"});
+  }
   capture_.ReportSkipped(console);
   Result<FrameRange> range = ReadFrameRange(settings->analysis, frames_);
   if (!range) return Fail(console, range.error());

@@ -241,7 +241,7 @@ class Batch(BatchTest):
             self.assertEqual(self.reports(), reports)
 
     def test_options_of_check_reach_each_capture(self):
-        summary = self.summary("in", "--rule=al-refused=warning", "--slave=0", "--from=#3", "--to=#12",
+        summary = self.summary("in", "--rule=al-refused=warning", "--slave=0", "--from=#3", "--to=#12", "--isolate",
                                "--profile=generic", "--fail-on=never", status=0)
         found = {f["rule"]: f["severity"] for c in summary["captures"] for f in c["findings"]}
         self.assertNotIn("error", [s for r, s in found.items() if r == "al-refused"])

@@ -97,6 +97,10 @@ class StartupTest(CliTest):
     def expectation(self, **changes) -> str:
         return self.file("expected.json", json.dumps({**self.saved(), **changes}))
 
+    def saved_as(self, capture) -> str:
+        self.startup("--save", "saved.json", "-o", "saved.txt", capture)
+        return self.dir / "saved.json"
+
     def findings(self, capture, expectation, *arguments, status=1):
         done = self.startup("--expect", expectation, "--format", "json", *arguments, capture, status=status)
         document = json.loads(done.out)
@@ -223,6 +227,20 @@ class StartupExpect(StartupTest):
         self.assertEqual(finding["slave"], 0)
         self.assertTrue(finding["evidence"]["expected"].startswith("2"), finding)
         self.assertTrue(finding["evidence"]["actual"].startswith("4"), finding)
+
+    def test_an_expected_number_has_the_form_of_the_actual_one(self):
+        # A PDO mapping entry: 0x60770010 is 6077h:0 with 16 bits, and 1618411536 in decimal.
+        entry = ("", 0x1600, 1, 0x60400010)
+        capture = self.file("mapped.pcap", startup_capture(downloads=(MODE, entry)))
+        saved = json.loads(pathlib.Path(self.saved_as(capture)).read_text())
+        for slave in saved["slaves"]:
+            for step in slave["steps"]:
+                if step.get("download") == "1600h:1":
+                    step["value"] = 0x60770010
+        expected = self.file("mapped.json", json.dumps(saved))
+        finding = self.one_finding(capture, expected)
+        self.assertIn("instead of 6077h:0 16 bit", finding["title"])
+        self.assertNotIn("1618411536", json.dumps(finding["arguments"]["expected"]))
 
     def test_a_changed_length_is_named(self):
         changed = self.file("changed.pcap", startup_capture(outputs=8))
