@@ -38,6 +38,17 @@ const device::ProfileRegistry& FamiliesOf(const AnalysisOptions& analysis) {
   return analysis.files ? analysis.files->families : builtin;
 }
 
+/// Settings of drives that some family knows.
+std::set<std::string_view> ParameterNames(const device::ProfileRegistry& families) {
+  std::set<std::string_view> names;
+  for (const std::string& profile : families.Names()) {
+    for (const device::DriveParameter* row : families.Find(profile)->sync.DriveParameters()) {
+      names.insert(row->keyword);
+    }
+  }
+  return names;
+}
+
 /// Errors in a file name the file, those on the command line stand for themselves.
 Error In(const std::string& file, const Error& error) {
   return file.empty() ? error : Error{file + ": " + error.message};
@@ -75,6 +86,7 @@ std::optional<Error> ApplyRequire(const std::optional<std::string>& text, Requir
 
 /// The configuration file for `capture`, if there is one.
 Result<std::optional<Config>> ConfigFor(const CaptureOptions& options, const std::string& capture) {
+  if (options.no_config) return std::optional<Config>();
   const std::optional<std::string> path = options.config ? options.config : FindConfig(capture);
   if (!path) return std::optional<Config>();
   if (!options.config) {
@@ -144,6 +156,12 @@ std::optional<Error> ApplyRange(const CaptureOptions& options, Settings& setting
 
 }  // namespace
 
+std::vector<std::string> RuleIds(std::string_view suffix) {
+  std::vector<std::string> ids;
+  for (const RuleInfo* rule : RuleCatalogue()) ids.push_back(std::string(rule->id) + std::string(suffix));
+  return ids;
+}
+
 void CaptureOptions::ReportSkipped(Console& console) const {
   for (const std::string& reason : skipped) console.Warning("ignored: " + reason);
   skipped.clear();
@@ -168,10 +186,14 @@ void CaptureOptions::DeclareSettings(OptionSet& options) {
   options.Value("--window", "SECONDS", window, "how far before and after --around (default: 1)");
   options.Group("How to evaluate");
   options.Values("--profile", "[SLAVE=]NAME", profiles, "drive family of all slaves or of one (repeatable)");
+  options.Words(device::BuiltinProfileNames());
   options.Values("--profiles", "PATH", families,
                  "more drive families: a JSON file or a folder of them, see docs/families.md (repeatable)");
   options.Values("--parameter", "[SLAVE:]NAME=VALUE", parameters,
                  "a drive setting that no SDO shows; NAME as in ecaudit profiles FAMILY (repeatable)");
+  std::vector<std::string> settings;
+  for (const std::string_view name : ParameterNames(FamiliesOf({}))) settings.push_back(std::string(name) + "=");
+  options.Words(std::move(settings));
   options.Values("--esi", "PATH", esi,
                  "EtherCAT slave information (XML, or a folder of it): objects and PDOs (repeatable)");
   options.Value("--eni", "FILE", eni, "EtherCAT network information (XML): slaves, names and process image");
@@ -187,10 +209,13 @@ void GateOptions::Declare(OptionSet& options) {
   options.Group("How to evaluate");
   options.Value("--fail-on", "SEVERITY", fail_on,
                 "exit 1 if any finding has at least this severity: error (default), warning, info, never");
+  options.Words({"error", "warning", "info", "never"});
   options.Values("--rule", "ID=SEVERITY", rules, "error, warning, info, or off for one rule (repeatable)");
+  options.Words(RuleIds("="));
   options.Value("--baseline", "FILE", baseline, "known findings, which do not count");
   options.Value("--require", "WHAT", require,
                 "exit 1 unless the capture shows slaves=N,state=OP,reached=OP,judged=90% (any of these)");
+  options.Words({"slaves=", "state=OP", "reached=OP", "judged", "judged=90%"});
   options.Value("--write-baseline", "FILE", write_baseline, "write all findings of this run to FILE");
 }
 
@@ -285,13 +310,7 @@ std::optional<Error> AddParameter(std::string_view text, AnalysisOptions& analys
     parameter.slave = *slave;
   }
   parameter.keyword = colon == std::string_view::npos ? left : left.substr(colon + 1);
-  std::set<std::string_view> known;
-  const device::ProfileRegistry& families = FamiliesOf(analysis);
-  for (const std::string& profile : families.Names()) {
-    for (const device::DriveParameter* row : families.Find(profile)->sync.DriveParameters()) {
-      known.insert(row->keyword);
-    }
-  }
+  const std::set<std::string_view> known = ParameterNames(FamiliesOf(analysis));
   if (!known.contains(parameter.keyword)) {
     const std::vector<std::string_view> names(known.begin(), known.end());
     std::string all;

@@ -37,6 +37,7 @@ struct CaptureOptions {
   std::string isolates;     ///< name of a command that does so always; empty: the option decides
   bool local_time = false;  ///< clock times without a zone are those of this machine
   std::optional<std::string> config;
+  bool no_config = false;  ///< neither --config nor a file beside the capture
   /// ESI, ENI and families by the names of their files; kept by ResolveSettings() so that many captures read them once.
   mutable std::map<std::tuple<std::vector<std::string>, std::optional<std::string>, std::vector<std::string>>,
                    std::shared_ptr<const DeviceFiles>>
@@ -91,6 +92,10 @@ void AddFiles(const Settings& settings, CommandFiles& files);
 [[nodiscard]] std::optional<Error> AddFiles(const CaptureOptions& options, CommandFiles& files);
 /// Asks whether the baseline can be written there; it may take the place of the one that is read.
 [[nodiscard]] std::optional<Error> PlanBaseline(const std::optional<std::string>& write_baseline, CommandFiles& files);
+
+/// "al-refused", ...: for completion.
+/// @param suffix  follows each of them
+[[nodiscard]] std::vector<std::string> RuleIds(std::string_view suffix = {});
 
 // The parts, for tests.
 

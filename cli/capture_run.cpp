@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "cli/crash.h"
@@ -26,6 +27,11 @@ ExitStatus CaptureRun::Interrupted(Console& console, const std::string& message)
 std::optional<Error> CaptureRun::Prepare() {
   if (std::count(options.captures.begin(), options.captures.end(), "-") > 1) {
     return Error{"standard input (-) can be read only once"};
+  }
+  for (const std::string& capture : options.captures) {
+    std::error_code ignored;
+    if (!std::filesystem::is_directory(capture, ignored)) continue;
+    return Error{capture + " is a folder, not a capture; to check all captures in it: ecaudit batch " + capture};
   }
   if (auto error = AddFiles(options, files)) return error;
   if (options.join) {

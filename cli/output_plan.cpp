@@ -60,9 +60,17 @@ std::optional<Error> CheckEnding(const std::string& path, std::span<const Output
 
 }  // namespace
 
-void OutputOptions::Declare(OptionSet& options, const std::string& formats) {
+void OutputOptions::Declare(OptionSet& options, std::span<const OutputFormat> formats, const std::string& help) {
   options.Group("Output");
-  options.Value("--format", "FORMAT", format, formats);
+  std::string list = help;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < formats.size(); ++i) {
+    names.emplace_back(formats[i].name);
+    if (!help.empty()) continue;
+    list += (i == 0 ? "" : i + 1 == formats.size() ? " or " : ", ") + names.back() + (i == 0 ? " (default)" : "");
+  }
+  options.Value("--format", "FORMAT", format, list);
+  options.Words(std::move(names));
   options.Values("-o,--output", "[FORMAT=]PATH", outputs,
                  "PATH: write there, not to standard output; FORMAT=PATH: there too (repeatable)");
   text.DeclareColor(options);

@@ -12,6 +12,12 @@ constexpr std::size_t kText = 0;
 
 }  // namespace
 
+std::vector<OutputFormat> NamesOf(std::span<const report::Format> formats) {
+  std::vector<OutputFormat> names;
+  for (const report::Format& format : formats) names.push_back({format.name, format.extension});
+  return names;
+}
+
 Result<ReportOutput> ReportOutput::Plan(const OutputOptions& options, CommandFiles& files) {
   const std::span<const report::Format> formats = report::Formats();
   return Plan(options, {formats.begin(), formats.end()}, files);
@@ -23,9 +29,7 @@ Result<ReportOutput> ReportOutput::PlanSummary(const OutputOptions& options, Com
 
 Result<ReportOutput> ReportOutput::Plan(const OutputOptions& options, std::vector<report::Format> formats,
                                         CommandFiles& files) {
-  std::vector<OutputFormat> names;
-  for (const report::Format& format : formats) names.push_back({format.name, format.extension});
-  Result<std::vector<OutputTarget>> targets = PlanOutputs(options, names, files);
+  Result<std::vector<OutputTarget>> targets = PlanOutputs(options, NamesOf(formats), files);
   if (!targets) return targets.error();
   for (const OutputTarget& target : *targets) {
     const report::Format& format = formats[target.format];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,9 @@
 #include "decoder/base/result.h"
 
 namespace ecaudit::cli {
+
+/// Their names and endings, for OutputOptions.
+[[nodiscard]] std::vector<OutputFormat> NamesOf(std::span<const report::Format> formats);
 
 /// The reports of one run.
 class ReportOutput {

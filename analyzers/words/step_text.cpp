@@ -139,7 +139,10 @@ std::string ExpectedValue(const ExpectedStep& step, const model::SlaveModel* sla
     const bool fits =
         bytes >= sizeof(rest) || rest == 0 || (*step.number < 0 && rest + 1 == std::uint64_t{1} << (64 - 8 * bytes));
     std::string shown = fits ? StepValue(step.key, data, slave) : std::string();
-    return shown.empty() ? std::to_string(*step.number) : shown;
+    if (!shown.empty()) return shown;
+    constexpr std::int64_t kPlain = 10;
+    const std::string decimal = std::to_string(*step.number);
+    return *step.number < kPlain ? decimal : decimal + " (" + Hex(static_cast<std::uint64_t>(*step.number), 1) + ")";
   }
   if (step.data) return StepValue(step.key, *step.data, slave);
   return "any value";

@@ -61,7 +61,8 @@ class BatchCommand : public Command {
     options_.DeclareSettings(options);
     options_.DeclareIsolate(options);
     gate_.Declare(options);
-    output_.Declare(options, "of the summary: " + report::FormatList(report::SummaryFormats()));
+    output_.Declare(options, NamesOf(report::SummaryFormats()),
+                    "of the summary: " + report::FormatList(report::SummaryFormats()));
     output_.text.DeclareTime(options);
     output_.text.DeclareQuiet(options);
     options.Footer(
@@ -76,6 +77,18 @@ class BatchCommand : public Command {
     options_.ReportSkipped(console);
     files_.Reads(paths_, kCaptureRole);
     // First the folder: the summary may be meant to stand in it.
+    std::error_code ignored;
+    const bool new_folder = !fs::exists(*folder_, ignored);
+    const bool new_pages = !batch_.pages.empty() && !fs::exists(batch_.pages, ignored);
+    const ExitStatus status = RunIn(console);
+    // A command line that was wrong leaves nothing behind; a folder with something in it is not removed.
+    if (new_pages) fs::remove(batch_.pages, ignored);
+    if (new_folder) fs::remove(*folder_, ignored);
+    return status;
+  }
+
+ private:
+  [[nodiscard]] ExitStatus RunIn(Console& console) {
     if (const auto error = MakeReportFolder(*folder_)) return Fail(console, *error);
     if (!batch_.pages.empty()) {
       if (const auto error = MakeReportFolder(batch_.pages)) return Fail(console, *error);
@@ -112,7 +125,6 @@ class BatchCommand : public Command {
     return digest.not_reached > 0 && InterruptFlag() ? Worst(status, ExitStatus::kInterrupted) : status;
   }
 
- private:
   [[nodiscard]] std::optional<Error> Prepare() {
     options_.local_time = output_.text.time == Name(report::TimeMode::kLocal);
     if (auto error = ReadWorkers()) return error;
@@ -126,6 +138,10 @@ class BatchCommand : public Command {
     if (!list) return list.error();
     paths_ = std::move(list->files);
     passed_over_ = std::move(list->passed_over);
+    std::error_code ignored;
+    const bool none =
+        std::none_of(paths_.begin(), paths_.end(), [&](const std::string& path) { return fs::exists(path, ignored); });
+    if (none && !paths_.empty() && list->unreadable.empty()) return Error{"no such file: " + paths_.front()};
     if (options_.join) {
       for (std::vector<std::string>& files : GroupRingBuffers(paths_)) {
         if (auto error = AddJob(std::move(files))) return error;
@@ -135,13 +151,7 @@ class BatchCommand : public Command {
         if (auto error = AddJob({path})) return error;
       }
     }
-    for (const report::UnreadableCapture& folder : list->unreadable) {
-      BatchJob job;
-      job.path = folder.path;
-      job.report = (fs::path(*folder_) / ReportName(folder.path)).string();
-      job.problem = folder.message;
-      jobs_.push_back(std::move(job));
-    }
+    for (const report::UnreadableCapture& folder : list->unreadable) AddUnreadable(folder.path, folder.message);
     return std::nullopt;
   }
 
@@ -190,7 +200,25 @@ class BatchCommand : public Command {
   struct Prepared {
     std::shared_ptr<const Settings> settings;
     std::string key;
+    std::string problem;  ///< why there are none; empty: there are
   };
+
+  /// True when the command line would be right without the configuration file that was found beside the capture.
+  [[nodiscard]] bool IsOfConfigAlone(const std::string& path, const std::string& config) {
+    if (config.empty() || options_.config) return false;
+    options_.no_config = true;
+    const bool right = ResolveSettings(options_, gate_, path) && !baselines_.Load(gate_.baseline.value_or(""));
+    options_.no_config = false;
+    return right;
+  }
+
+  void AddUnreadable(const std::string& path, const std::string& why) {
+    BatchJob job;
+    job.path = path;
+    job.report = (fs::path(*folder_) / ReportName(path)).string();
+    job.problem = why;
+    jobs_.push_back(std::move(job));
+  }
 
   [[nodiscard]] std::optional<Error> AddJob(std::vector<std::string> files) {
     const std::string& path = files.front();
@@ -198,12 +226,23 @@ class BatchCommand : public Command {
     auto prepared = prepared_.find(config);
     if (prepared == prepared_.end()) {
       Result<Settings> settings = ResolveSettings(options_, gate_, path);
-      if (!settings) return settings.error();
-      if (auto error = baselines_.Load(settings->baseline)) return error;
+      std::optional<Error> error = settings ? baselines_.Load(settings->baseline) : settings.error();
+      if (error && !IsOfConfigAlone(path, config)) return error;
+      if (error) {
+        // One folder whose settings are wrong does not keep the others from being checked.
+        prepared_.emplace(config, Prepared{nullptr, {}, error->message});
+        AddUnreadable(files.front(), error->message);
+        return std::nullopt;
+      }
       AddFiles(*settings, files_);
       std::string key = SettingsKey(*settings);
       settings->analysis.one_of_several = batch_.workers > 1;
-      prepared = prepared_.emplace(config, Prepared{std::make_shared<const Settings>(std::move(*settings)), key}).first;
+      prepared =
+          prepared_.emplace(config, Prepared{std::make_shared<const Settings>(std::move(*settings)), key, {}}).first;
+    }
+    if (!prepared->second.problem.empty()) {
+      AddUnreadable(files.front(), prepared->second.problem);
+      return std::nullopt;
     }
     BatchJob job;
     for (const std::string& file : files) job.path += (job.path.empty() ? "" : ", ") + file;

@@ -25,7 +25,7 @@ class CheckCommand : public Command {
     run_.options.Declare(options);
     run_.options.DeclareIsolate(options);
     run_.gate.Declare(options);
-    output_.Declare(options, report::FormatList(report::Formats()));
+    output_.Declare(options, NamesOf(report::Formats()));
     output_.text.DeclareTime(options);
     output_.text.DeclareQuiet(options);
     options.Footer(

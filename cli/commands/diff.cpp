@@ -30,7 +30,7 @@ class DiffCommand : public Command {
 
   void Declare(OptionSet& options) override {
     run_.options.Declare(options);
-    output_.Declare(options, "text (default) or json");
+    output_.Declare(options, kDiffFormats);
     options.Footer(
         "\nSlaves are matched by identity and position; values that vary between two runs of one master are not "
         "compared.\n"

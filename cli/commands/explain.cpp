@@ -146,7 +146,9 @@ class ExplainCommand : public Command {
 
   void Declare(OptionSet& options) override {
     options.Argument("WHAT", what_, "id of a rule, or a number as below", true);
+    options.Words(RuleIds());
     options.Value("--profile", "PROFILE", profile_, "show only the standard and this family");
+    options.Words(device::BuiltinProfileNames());
     options.Values("--profiles", "PATH", paths_, "more drive families: a JSON file or a folder of them (repeatable)");
     output_.Declare(options);
     options.Footer(

@@ -53,9 +53,10 @@ class MergeCommand : public Command {
     options.Group("How to evaluate");
     options.Value("--fail-on", "SEVERITY", fail_on_,
                   "instead of what the reports were made with: error, warning, info or never");
+    options.Words({"error", "warning", "info", "never"});
     options.Value("--baseline", "FILE", baseline_, "known findings, which do not count");
     options.Value("--write-baseline", "FILE", write_baseline_, "write all findings of the reports to FILE");
-    output_.Declare(options, report::FormatList(report::SummaryFormats()));
+    output_.Declare(options, NamesOf(report::SummaryFormats()));
     output_.text.DeclareTime(options);
     output_.text.DeclareQuiet(options);
     options.Footer(

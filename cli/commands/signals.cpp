@@ -20,7 +20,7 @@ class SignalsCommand : public Command {
   }
 
   void Declare(OptionSet& options) override {
-    run_.Declare(options, "csv (default) or jsonl: one JSON object a line");
+    run_.Declare(options, SignalWriter::Formats());
     options.Group("What to read");
     options.Values("--signal,--object", "NAME,...", signals_,
                    "only these, by name or object, with * and ?: 'position*', 6041h, 's0.*' (repeatable)");

@@ -105,7 +105,7 @@ class StartupCommand : public Command {
                   "write this start-up as an expectation (JSON); values that vary are left open");
     options.Value("--expect", "FILE", expect_, "compare with an expectation, or with the init commands of an ENI");
     run_.gate.Declare(options);
-    output_.Declare(options, report::FormatList(report::Formats()));
+    output_.Declare(options, NamesOf(report::Formats()));
     output_.text.DeclareTime(options);
     options.Footer(
         "\nThe start-up of a slave goes from its first frame to OP, of a drive to Operation enabled. With --expect "

@@ -86,7 +86,7 @@ std::uint64_t KindOf(wire::Command command, std::uint32_t address, std::size_t l
 
 }  // namespace
 
-std::span<const OutputFormat> SignalWriter::formats() const {
+std::span<const OutputFormat> SignalWriter::Formats() {
   return kSignalFormats;
 }
 

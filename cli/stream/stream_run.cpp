@@ -123,11 +123,15 @@ struct StreamRun::Pass {
   Observation observation;
 };
 
-void StreamRun::Declare(OptionSet& options, const std::string& formats) {
+void StreamRun::Declare(OptionSet& options) {
+  Declare(options, kFormats);
+}
+
+void StreamRun::Declare(OptionSet& options, std::span<const OutputFormat> formats) {
   capture_.Declare(options);
   options.Group("What to read");
   options.Value("--frames", "A-B", frames_, "only these frames: 743-800, 760, 743- or -800");
-  output_.Declare(options, formats);
+  output_.Declare(options, formats, std::string(formats.front().name) + " (default) or jsonl: one JSON object a line");
   output_.text.DeclareTime(options);
 }
 

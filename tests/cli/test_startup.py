@@ -27,14 +27,15 @@ def validate(document, schema):
 
 
 class StartupBus(Bus):
-    """Brings its slave to OP, with downloads of single bytes in PREOP."""
+    """Brings its slave to OP, with downloads of one or four bytes in PREOP."""
 
     counter = 0
 
     def download(self, index, subindex, value):
         self.counter = self.counter % 7 + 1
         head = struct.pack("<HHBB", 10, 0, 0, self.counter << 4 | 3)
-        request = head + struct.pack("<HBHBI", 0x2000, 0x2F, index, subindex, value)
+        size = 0x2F if value <= 0xFF else 0x23  # one byte or four
+        request = head + struct.pack("<HBHBI", 0x2000, size, index, subindex, value)
         response = head + struct.pack("<HBHBI", 0x3000, 0x60, index, subindex, 0)
         self.write(0x1000, request)
         self.read(0x1400, response)
@@ -96,10 +97,6 @@ class StartupTest(CliTest):
 
     def expectation(self, **changes) -> str:
         return self.file("expected.json", json.dumps({**self.saved(), **changes}))
-
-    def saved_as(self, capture) -> str:
-        self.startup("--save", "saved.json", "-o", "saved.txt", capture)
-        return self.dir / "saved.json"
 
     def findings(self, capture, expectation, *arguments, status=1):
         done = self.startup("--expect", expectation, "--format", "json", *arguments, capture, status=status)
@@ -232,7 +229,7 @@ class StartupExpect(StartupTest):
         # A PDO mapping entry: 0x60770010 is 6077h:0 with 16 bits, and 1618411536 in decimal.
         entry = ("", 0x1600, 1, 0x60400010)
         capture = self.file("mapped.pcap", startup_capture(downloads=(MODE, entry)))
-        saved = json.loads(pathlib.Path(self.saved_as(capture)).read_text())
+        saved = self.saved(capture)
         for slave in saved["slaves"]:
             for step in slave["steps"]:
                 if step.get("download") == "1600h:1":

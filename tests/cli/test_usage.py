@@ -121,6 +121,24 @@ class Messages(CliTest):
         self.assertIn("must be ID=SEVERITY", self.one_error("check", "--rule", "al-refused", self.healthy))
         self.assertIn("must be error, warning, info or never", self.one_error("check", "--fail-on", "err", self.healthy))
 
+    def test_a_folder_is_for_batch(self):
+        for command in ("check", "startup"):
+            self.assertEqual(self.one_error(command, self.dir), f"{self.dir} is a folder, not a capture; to check all "
+                             f"captures in it: ecaudit batch {self.dir}")
+
+    def test_a_file_that_begins_like_an_option(self):
+        self.file("-a.pcapng", pathlib.Path(self.healthy).read_bytes())
+        self.assertEqual(self.one_error("check", "-a.pcapng"),
+                         "'-a.pcapng' begins like an option; to name the file: ./-a.pcapng")
+        self.check("./-a.pcapng", status=0)
+        self.check("--", "-a.pcapng", status=0)
+        self.assertIn("unknown option", self.one_error("check", "-b.pcapng", self.healthy))
+
+    def test_version_names_the_libraries_that_run(self):
+        page = self.run_program("--version").out
+        self.assertRegex(page, r"(?m)^libraries  libpcap \S+, zlib \S+, zstd \S+, Qt \S+, ")
+        self.assertRegex(page, r"(?m)^runs with  libpcap \d\S+, zlib \d\S+, zstd \d\S+, Qt \d\S+$")
+
     def test_bad_slave(self):
         for text in ("-1", "0x", "70000", "0x12345", "1.5"):
             self.assertIn("is not a slave", self.one_error("check", f"--slave={text}", self.healthy))
