@@ -6,7 +6,9 @@ namespace {
 constexpr FindingKind kSlaveMissing{
     .name = "slave-missing",
     .title = "The expected {expected_slave} is not on the bus",
-    .message = R"(No slave with its identity is at a fitting position in the whole capture.)",
+    .message =
+        R"(No slave in the capture has its identity and a fitting position.[ Expected: vendor ID {vendor_id}, product code
+{product_code}.])",
     .next = "Check its power and cable, or save the expectation again.",
     .identity = "expected_position"};
 constexpr FindingKind kStopped{
@@ -32,7 +34,7 @@ constexpr FindingKind kFailed{
     .identity = "phase step code"};
 constexpr const FindingKind* kKinds[] = {&kSlaveMissing, &kStopped, &kMissing, &kFailed};
 
-constexpr NoteKind kFurther{.name = "failed-after", .text = "After it, the {step} was {outcome} ({at})."};
+constexpr NoteKind kFurther{.name = "failed-after", .text = "The {step} after it ({at}) was {outcome}."};
 constexpr NoteKind kNotReached{.name = "not-reached",
                                .text = "These expected steps after it did not happen: {expected}[ and {more}]."};
 constexpr const NoteKind* kNotes[] = {&kFurther, &kNotReached, &kRequestFailed};
