@@ -90,7 +90,7 @@ class Messages(CliTest):
         self.assertEqual(self.one_error("check", "nowhere.pcap"), "no such file: nowhere.pcap")
 
     def test_directory(self):
-        self.assertIn("is a directory", self.one_error("check", str(self.dir)))
+        self.assertIn("is a folder, not a capture", self.one_error("check", str(self.dir)))
 
     def test_empty_file(self):
         self.assertIn("empty", self.one_error("check", self.file("empty.pcap", b"")))
