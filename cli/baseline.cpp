@@ -107,7 +107,7 @@ bool IsFor(const Acceptance& accepted, const Place& place) {
                      [&](const std::string& pattern) { return fnmatch(pattern.c_str(), name.c_str(), 0) == 0; });
 }
 
-/// Whether a finding is known, and what is said of it.
+/// Whether a finding is known, and its reason.
 std::pair<bool, std::string> Lookup(const Baseline& baseline, const Fingerprint& fingerprint, const Place& place) {
   const auto [begin, end] = baseline.equal_range(fingerprint);
   for (auto entry = begin; entry != end; ++entry) {
@@ -120,7 +120,7 @@ std::pair<bool, std::string> Lookup(const Baseline& baseline, const Fingerprint&
   return {false, {}};
 }
 
-/// Adds a finding with what the file before said of it.
+/// Adds a finding with its reason from the file before.
 void Add(const Fingerprint& fingerprint, const std::string& title, const Place& place, const Baseline& before,
          Baseline& all) {
   const std::string pattern = PatternOf(place.capture);
@@ -141,7 +141,7 @@ void Add(const Fingerprint& fingerprint, const std::string& title, const Place& 
   const auto [first, last] = before.equal_range(fingerprint);
   for (auto entry = first; entry != last; ++entry) {
     if (!IsFor(entry->second, place)) continue;
-    // What was told by hand stays: the reason, and where the entry holds.
+    // What a user wrote stays: the reason, and where the entry holds.
     const Acceptance& old = entry->second;
     accepted.reason = old.reason;
     accepted.devices = old.devices;

@@ -24,7 +24,7 @@ class BaselineShelf {
   [[nodiscard]] const Baseline* Find(const std::string& path) const;
   /// Reports, once, which entries do not hold any more.
   void WarnOfExpired(Console& console);
-  /// Says which entries match no finding of the captures that were compared with them.
+  /// Reports which entries match no finding of the captures that were compared with them.
   void WarnOfUnmatched(const std::vector<report::CaptureDigest>& captures, Console& console) const;
 
  private:

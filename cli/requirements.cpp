@@ -145,7 +145,7 @@ Result<Requirements> ParseRequirements(std::string_view text) {
       if (const std::optional<std::uint64_t> percent = ParsePercent(value)) {
         out.judged_percent = *percent;
       } else if (equals != std::string_view::npos) {
-        return Wrong(text, "judged must be a share such as judged=90%, or stand alone");
+        return Wrong(text, "its share must be from 1% to 100%, such as judged=90%");
       }
     } else {
       const std::string known = Suggestion(name, kParts, "");

@@ -81,7 +81,7 @@ class BatchCommand : public Command {
     const bool new_folder = !fs::exists(*folder_, ignored);
     const bool new_pages = !batch_.pages.empty() && !fs::exists(batch_.pages, ignored);
     const ExitStatus status = RunIn(console);
-    // A command line that was wrong leaves nothing behind; a folder with something in it is not removed.
+    // A command line that was wrong leaves no folder; one with something in it is not removed.
     if (new_pages) fs::remove(batch_.pages, ignored);
     if (new_folder) fs::remove(*folder_, ignored);
     return status;

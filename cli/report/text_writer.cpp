@@ -129,7 +129,8 @@ class CaptureText {
     if (const std::string evaluated = EvaluatedText(); !evaluated.empty()) text_.Paragraph(evaluated, 0, 2);
   }
 
-  /// "evaluated: 204 of 216 checks, 6 in part; 4 rules not for every slave (see below)". A check is a rule for one slave.
+  /// "evaluated: 204 of 216 checks, 6 in part; 4 rules not for every slave (see below)". A check is a rule for one
+  /// slave.
   [[nodiscard]] std::string EvaluatedText() const {
     const CoverageCount count = CountOf(result_.coverage);
     std::string text;
