@@ -24,6 +24,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/observation.h"
+#include "analyzers/progress/ladder.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit {
@@ -38,7 +39,6 @@ PipelineOptions WhatToRead(const AnalysisOptions& options) {
   reads.stop = options.stop;
   reads.reached = options.reached;
   reads.progress = options.progress;
-  reads.read_ahead = !options.one_of_several;
   return reads;
 }
 
@@ -78,8 +78,6 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   RuleContext context(store, observation, source, options, explanations);
   const auto rules = Attached(context, observation.bus(), options.shuffle_rules);
 
-  // A time line shows the data of each cycle.
-  if (timeline == nullptr && !options.tells_each_cycle) observation.SkipRepeatedCycles();
   observation.Run(source, WhatToRead(options));
 
   AnalysisResult result = Summarise(source, observation);
@@ -107,6 +105,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
         return summary != nullptr ? summary->position : static_cast<SlavePos>(slave);
       });
   SortFindings(result.findings);
+  progress::Climb(*observation.progress(), result);
   result.not_evaluable = store.not_evaluable();
   std::stable_sort(result.not_evaluable.begin(), result.not_evaluable.end(),
                    [](const NotEvaluable& a, const NotEvaluable& b) { return a.rule < b.rule; });

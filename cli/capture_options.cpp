@@ -214,8 +214,9 @@ void GateOptions::Declare(OptionSet& options) {
   options.Words(RuleIds("="));
   options.Value("--baseline", "FILE", baseline, "known findings, which do not count");
   options.Value("--require", "WHAT", require,
-                "exit 1 unless the capture shows slaves=N,state=OP,reached=OP,judged=90% (any of these)");
-  options.Words({"slaves=", "state=OP", "reached=OP", "judged", "judged=90%"});
+                "exit 1 unless all holds: slaves=N,state=OP,reached=OP,axis=enabled,sync=ok,judged=90%");
+  options.Words({"slaves=", "state=OP", "reached=OP", "axis=enabled", "axis=commanded", "axis=follows", "sync=ok",
+                 "judged", "judged=90%"});
   options.Value("--write-baseline", "FILE", write_baseline, "write all findings of this run to FILE");
 }
 

@@ -1,4 +1,5 @@
-/// `--require slaves=N,state=OP,judged`: what must be true of a capture besides having no findings.
+/// `--require slaves=N,state=OP,axis=enabled,sync=ok,judged`: what must be true of a capture besides having no
+/// findings.
 #pragma once
 
 #include <cstdint>
@@ -19,13 +20,15 @@ struct Requirements {
   std::optional<std::uint16_t> slaves;
   std::optional<esc::AlState> state;
   std::optional<esc::AlState> reached;  ///< at any time, by each slave
+  std::string axis;   ///< rung that each axis has to reach: "enabled", "commanded" or "follows"; empty: none
+  bool sync = false;  ///< each slave with SYNC0 has to be in sync
   bool judged = false;
   std::uint64_t judged_percent = report::kLeastJudgedPercent;  ///< of what applies, at least
 
   [[nodiscard]] bool any() const { return !text.empty(); }
 };
 
-/// Reads "slaves=N,state=OP,judged": each part at most once, at least one.
+/// Reads "slaves=N,state=OP,axis=enabled,sync=ok,judged": each part at most once, at least one.
 [[nodiscard]] Result<Requirements> ParseRequirements(std::string_view text);
 
 /// What of `required` is missing, each a sentence without a full stop; empty when it is all there.

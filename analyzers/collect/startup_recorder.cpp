@@ -77,10 +77,9 @@ bool IsEarly(StartupPhase phase) {
 
 StartupRecorder::StartupRecorder(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
     : model_(model), room_(pipeline, kAtOnce, kBytesAStep) {
-  bus.ListenTo<track::AlRequest, track::AlStatusRead, track::AlPoll, track::Answered, track::CycleAtRest,
-               mailbox::SdoTransfer, mailbox::MailboxUnanswered, model::AlAnswered, model::AlErrorCode,
-               model::AlOverdue, model::AlGivenUp, model::DriveCommanded, model::DriveStateChanged>(Stage::kBeforeModel,
-                                                                                                    *this);
+  bus.ListenTo<track::AlRequest, track::AlStatusRead, track::AlPoll, track::Answered, mailbox::SdoTransfer,
+               mailbox::MailboxUnanswered, model::AlAnswered, model::AlErrorCode, model::AlOverdue, model::AlGivenUp,
+               model::DriveCommanded, model::DriveStateChanged>(Stage::kBeforeModel, *this);
   // The EEPROM's words and the registers as the access left them.
   bus.ListenTo<track::EepromRead, track::EepromWrite, track::SlaveAccess>(Stage::kAfterModel, *this);
 }
@@ -366,17 +365,6 @@ void StartupRecorder::On(const track::SlaveAccess& access) {
     Extend(story.record, *phase, access.frame(), access.frame());
   }
   if (!access.read.empty() && access.done()) ReadBack(story.record, access);
-}
-
-void StartupRecorder::On(const track::CycleAtRest& asked) {
-  for (std::size_t i = 0; i < asked.datagrams.size(); ++i) {
-    const SlaveId slave = asked.datagrams[i].slave;
-    const bool polls = (*asked.transaction.returned)[i].command() == wire::Command::BRD;
-    if ((polls && !bus_done_ && !scan_done_) ||
-        (slave != kNoSlave && (slave >= stories_.size() || !stories_[slave].in_operation))) {
-      asked.each_wanted = true;
-    }
-  }
 }
 
 void StartupRecorder::On(const track::Answered& event) {

@@ -46,7 +46,6 @@ class StartupRecorder final : public Collector {
   void On(const track::AlPoll& poll);
   void On(const track::Answered& event);
   /// Until a slave is in operation its steps are counted.
-  void On(const track::CycleAtRest& asked);
   void On(const track::EepromRead& event);
   void On(const track::EepromWrite& event);
   void On(const mailbox::SdoTransfer& transfer);

@@ -81,12 +81,6 @@ class AlMachine {
     if (requests_ > 0) ++reads_after_request_;
     last_seen_ = frame;
   }
-  /// Repeat() was not called so often.
-  void OnSkipped(std::uint64_t count) {
-    polls_ += count;
-    status_reads_ += count;
-    if (requests_ > 0) reads_after_request_ += count;
-  }
   void OnStatusCode(const track::AlStatusCodeRead& read);
   /// The master was silent, or the capture has a gap: what the next read shows may have been asked for unseen.
   void OnPause() {

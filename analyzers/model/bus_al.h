@@ -58,11 +58,6 @@ class BusAlUnit {
     }
     paused_ = false;
   }
-  /// Number of reads that showed what the next one shows.
-  void OnSkipped(std::uint64_t count) {
-    if (shown_) shown_->polls += count;
-    if (refused_) refused_->reads += count;
-  }
   void On(const track::AlStatusRead& read) {
     if (waits_ + waits_for_init_ > 0) NoteAnswer(read);
     if (open_) Compare(read);

@@ -36,7 +36,13 @@ class BusModel final : private ProcessSink {
   [[nodiscard]] const BusAlUnit& al() const { return al_; }
   [[nodiscard]] const BusAlWait& al_wait() const { return al_wait_; }
   /// What the working counter of this logical access must be.
-  [[nodiscard]] const LogicalExpectation& Expect(const track::LogicalAccess& access) const;
+  [[nodiscard]] const LogicalExpectation& Expect(const track::LogicalAccess& access) const {
+    return Expect(access.command, access.address, access.length);
+  }
+  [[nodiscard]] const LogicalExpectation& Expect(wire::Command command, std::uint32_t address,
+                                                 std::uint16_t length) const {
+    return expectations_.Find(network_, command, address, length);
+  }
 
   /// The least and most it can be with the slaves in the states they may be in.
   /// @param expectation as Expect() gave it, for the same command
@@ -79,9 +85,6 @@ class BusModel final : private ProcessSink {
   /// The capture has ended.
   void Finish();
   void On(const mailbox::Emergency& emergency);
-  /// Reports which words the units of the slaves look at, or that each frame matters to some of them.
-  void On(const track::CycleAtRest& asked);
-  void On(const track::CyclesSkipped& skipped);
   void On(const track::AlRequestSent& request);
 
  private:
@@ -128,7 +131,6 @@ class BusModel final : private ProcessSink {
   bool asked_of_all_ = false;  ///< a broadcast requested a state
   BusAlWait al_wait_;
   std::vector<const device::EniSlave*> presumed_;
-  FrameNo poll_taken_ = 0;  ///< the last AlPoll that was
 };
 
 }  // namespace ecaudit::model

@@ -29,13 +29,7 @@ class DriveAxes {
   void SetFamily(const device::DeviceDescription& family);
   void SetLimits(const DriveLimits& limits);
 
-  /// @param watched gets the words on which being still rests, and which axes count
-  Still OnCycle(const ProcessCycle& cycle, StillCycle& watched);
-  /// A cycle like one that left some units at Still::kCounts.
-  /// @param axes these, a bit each, as OnCycle() left them
-  void Repeat(const ProcessCycle& cycle, std::uint8_t axes);
-  /// Repeat() was not called so often.
-  void OnSkipped(std::uint8_t axes, std::uint64_t count);
+  void OnCycle(const ProcessCycle& cycle);
   void OnSdo(const mailbox::SdoTransfer& transfer);
   void ForgetObject(std::uint16_t index);
   void OnRunBegan();

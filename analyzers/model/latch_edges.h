@@ -97,8 +97,7 @@ class LatchEdges {
   /// The master uploads the status word or a position, valid or not: it has a way to learn of a capture.
   void Asked() { asked_ = true; }
   /// Inputs of unknown contents: a position may be among them.
-  /// @return whether that is as before
-  bool InputsUnknown(bool unknown) { return std::exchange(unknown_inputs_, unknown) == unknown; }
+  void InputsUnknown(bool unknown) { unknown_inputs_ = unknown; }
 
   /// The capture ends.
   void Finish(std::size_t n, const LatchStatus& status);

@@ -38,9 +38,15 @@ class LatchPlaces {
  public:
   /// @param edges of the family that are followed so far; positions of others are not looked for
   const LatchPart& Of(const ImagePart& part, const device::LatchDescription& latch, std::size_t edges);
+  /// What Of() returned last for this direction, if it was of the part with this serial: nearly always.
+  [[nodiscard]] const LatchPart* Last(std::uint64_t serial, bool inputs) const {
+    const LatchPart* last = last_[inputs ? 1 : 0];
+    return last != nullptr && last->serial == serial ? last : nullptr;
+  }
   void Forget() {
     parts_.clear();
     next_ = 0;
+    last_ = {};
   }
 
   static constexpr std::uint16_t kTouchProbeFunction = 0x60B8;
@@ -58,10 +64,11 @@ class LatchPlaces {
  private:
   static constexpr std::size_t kParts = 8;
 
-  const LatchPart& Learn(const ImagePart& from, const device::LatchDescription& latch, std::size_t edges);
+  LatchPart& Learn(const ImagePart& from, const device::LatchDescription& latch, std::size_t edges);
 
-  std::vector<LatchPart> parts_;
+  std::vector<LatchPart> parts_;  ///< kParts, once there is one
   std::size_t next_ = 0;
+  std::array<const LatchPart*, 2> last_{};  ///< outputs, inputs
 };
 
 }  // namespace ecaudit::model

@@ -34,7 +34,6 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/probe_conflict.h"
 #include "analyzers/model/process_data.h"
-#include "analyzers/model/still_cycle.h"
 #include "decoder/base/allowance.h"
 #include "decoder/base/event_sink.h"
 #include "decoder/device/device_description.h"
@@ -71,12 +70,9 @@ class LatchUnit {
   void SetAcknowledgeLimit(std::int64_t limit_ns) { selector_.SetAcknowledgeLimit(limit_ns); }
 
   /// Process data of this slave; outputs of a datagram come before its inputs.
-  /// @param watched gets the words on which being still rests
-  Still OnCycle(const ProcessCycle& cycle, StillCycle& watched);
-  /// A cycle like one that left the unit at Still::kCounts.
-  void Repeat(const ProcessCycle& cycle);
-  /// Repeat() was not called so often. @param outputs of the control word; else of the status word
-  void OnSkipped(bool outputs, std::uint64_t count) { (outputs ? control_.words : status_.words) += count; }
+  void OnCycle(const ProcessCycle& cycle) {
+    if (latch_ != nullptr) Follow(cycle);
+  }
   void OnSdo(const mailbox::SdoTransfer& transfer);
   /// The slave leaves the states in which it has process data: its latches begin again, not evaluated.
   void Forget();
@@ -107,8 +103,11 @@ class LatchUnit {
   [[nodiscard]] const FrameRef& last_status_frame() const { return status_.frame; }
 
  private:
-  Still OnOutputs(const ProcessCycle& cycle, const LatchPart& part, StillCycle& watched);
-  Still OnInputs(const ProcessCycle& cycle, const LatchPart& part, StillCycle& watched);
+  void Follow(const ProcessCycle& cycle);
+  void OnOutputs(const ProcessCycle& cycle, const LatchPart& part);
+  void OnInputs(const ProcessCycle& cycle, const LatchPart& part);
+  void TakeOutputs(const ProcessCycle& cycle, const LatchPart& part);
+  void TakeInputs(const ProcessCycle& cycle, const LatchPart& part);
   void OnCyclicStatus(const ProcessCycle& cycle, const LatchPart& part);
   void ReadPositions(const ProcessCycle& cycle, const LatchPart& part);
   void OnControl(const LatchWord& word);

@@ -82,8 +82,7 @@ std::uint16_t WorthOf(const LogicalShare& share, wire::Command command) {
 const LogicalExpectation& LogicalExpectations::Look(const track::Network& network, const LogicalKind& kind) {
   Entry* entry = entries_.Find(kind);
   if (entry == nullptr) {
-    bool replaced = false;
-    entry = &entries_.Take(kind, replaced);
+    entry = &entries_.Take(kind);
     entry->version = 0;
     entry->expectation.shares.clear();
     MakeRoom(*entry);

@@ -26,6 +26,8 @@ class StateSet {
 
   [[nodiscard]] constexpr bool empty() const { return bits_ == 0; }
   [[nodiscard]] constexpr bool contains(std::uint8_t state) const { return (bits_ >> (state & 0xFU) & 1U) != 0; }
+  [[nodiscard]] constexpr bool Meets(StateSet other) const { return (bits_ & other.bits_) != 0; }
+  [[nodiscard]] constexpr bool IsWithin(StateSet other) const { return (bits_ & ~other.bits_) == 0; }
   /// The only member; 0 when there is none or more than one.
   [[nodiscard]] constexpr std::uint8_t single() const {
     if (bits_ == 0 || (bits_ & (bits_ - 1U)) != 0) return 0;
@@ -211,11 +213,6 @@ struct BusAlOverdue {
 struct SlavePresumed {
   std::optional<SlavePos> position;
   std::optional<StationAddress> station;
-};
-
-/// Process data were not those that a slave's units had seen before, or they wait for something in them.
-struct SlaveStirred {
-  SlaveId slave = kNoSlave;  ///< kNoSlave: what was known of a datagram had to make room
 };
 
 /// A model foretold what the slave does with an access, and the capture shows what it did.

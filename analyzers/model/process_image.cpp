@@ -295,11 +295,6 @@ bool ProcessImage::ChangedSince(const Version& version, SlaveId slave) const {
          (slave < layout_changed_.size() && layout_changed_[slave] > version.layouts);
 }
 
-const ProcessImage::Entry* ProcessImage::Look(const LogicalKind& kind) const {
-  const Entry* entry = entries_.Look(kind);
-  return entry != nullptr && entry->version == version() ? entry : nullptr;
-}
-
 ProcessImage::Entry& ProcessImage::Find(const LogicalKind& kind, bool& found) {
   if (version_ != version()) {
     fragments_.Clear();
@@ -308,7 +303,7 @@ ProcessImage::Entry& ProcessImage::Find(const LogicalKind& kind, bool& found) {
   Entry* entry = entries_.Find(kind);
   found = entry != nullptr;
   if (!found) {
-    entry = &entries_.Take(kind, replaced_);
+    entry = &entries_.Take(kind);
     entry->kind = kind;
     Clear(*entry);
   }
@@ -628,17 +623,18 @@ bool ProcessImage::Read(const track::LogicalAccess& access, const LogicalExpecta
   if (entry.parts.empty()) return false;
   work_ += entry.parts.size();
   const Counted counted = Count(entry, access, expectation);
+  const bool lost = !access.returned.seen() && !access.assumed;
+  const bool given = counted.inputs == Exchange::kYes || counted.inputs == Exchange::kInferred;
+  const ByteSpan inputs = given ? access.returned_data : ByteSpan();
   for (std::size_t n = 0; n < entry.parts.size(); ++n) {
     const ImagePart& part = entry.parts[n];
-    ProcessCycle cycle{part, Exchange::kUnknown, access.sent, access.returned, access.command, {}};
-    cycle.lost = !access.returned.seen() && !access.assumed;
-    if (part.direction == PdoDirection::kRx) {
-      cycle.exchange = counted.outputs;
-      cycle.data = access.sent.seen() ? access.sent_data : part.covered ? ByteSpan() : access.returned_data;
-    } else {
-      cycle.exchange = counted.inputs;
-      if (counted.inputs == Exchange::kYes || counted.inputs == Exchange::kInferred) cycle.data = access.returned_data;
-    }
+    const bool is_input = part.direction == PdoDirection::kTx;
+    const ByteSpan data = is_input             ? inputs
+                          : access.sent.seen() ? access.sent_data
+                          : part.covered       ? ByteSpan()
+                                               : access.returned_data;
+    ProcessCycle cycle{
+        part, is_input ? counted.inputs : counted.outputs, access.sent, access.returned, access.command, data, lost};
     if (entry.splits.empty()) {
       sink.On(cycle);
     } else {
@@ -646,22 +642,6 @@ bool ProcessImage::Read(const track::LogicalAccess& access, const LogicalExpecta
     }
   }
   return !entry.parts.empty();
-}
-
-bool ProcessImage::Watch(const track::LogicalAccess& access, const LogicalExpectation& expectation,
-                         const track::CycleAtRest& asked, std::size_t i) const {
-  const Entry* entry = Look({access.command, access.address, access.length});
-  if (entry == nullptr || entry->parts.empty() || !entry->splits.empty() || entry->by_eni) return false;
-  // What that costs more than the bytes allow for is counted each time.
-  if (entry->parts.size() > track::SlaveWork::Due(access.length)) return false;
-  const Counted counted = Count(*entry, access, expectation);
-  for (const ImagePart& part : entry->parts) {
-    const bool inputs = part.direction == PdoDirection::kTx;
-    const Exchange exchange = inputs ? counted.inputs : counted.outputs;
-    if (part.slave == kNoSlave || !part.still.IsSettled(slaves_[part.slave].generation, exchange)) return false;
-    part.still.ForEachWord([&](std::size_t at, std::size_t count) { asked.Watch(i, inputs, at, count); });
-  }
-  return true;
 }
 
 bool ProcessImage::Read(const track::SlaveAccess& access, ProcessSink& sink) {

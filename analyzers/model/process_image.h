@@ -23,7 +23,6 @@
 #include "analyzers/model/profile_choice.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/model/split_signals.h"
-#include "analyzers/model/still_cycle.h"
 #include "decoder/base/event_sink.h"
 #include "decoder/track/network.h"
 
@@ -58,7 +57,6 @@ struct ImagePart {
   std::uint32_t bits = 0;                 ///< sum of the runs
   bool incomplete = false;  ///< places are left out because another datagram did not bring its bits of the signal
   bool covered = false;  ///< outputs: inputs of some slave lie over them, so that the returned copy does not show them
-  mutable StillCycle still;  ///< what the units of the slave's model left this part with
 
   /// Null when the object is not mapped here.
   [[nodiscard]] const Place* Find(std::uint16_t index, std::uint8_t subindex) const;
@@ -66,11 +64,10 @@ struct ImagePart {
 
 /// One slave's data of one direction in one datagram. Valid during the call that hands it over.
 struct ProcessCycle {
-  static constexpr bool kRoutine = true;
   const ImagePart& part;
   Exchange exchange = Exchange::kUnknown;
-  FrameRef sent;
-  FrameRef returned;
+  const FrameRef& sent;
+  const FrameRef& returned;
   wire::Command command = wire::Command::NOP;
   /// The datagram's data: of the copy sent for outputs, of the copy returned for inputs. Empty when that copy is
   /// missing, or the slave gave nothing (inputs whose exchange is neither kYes nor kInferred). Signals that do not lie
@@ -112,30 +109,13 @@ class ProcessImage {
   bool Read(const track::LogicalAccess& access, const LogicalExpectation& expectation, ProcessSink& sink);
   /// The same for a datagram that reads or writes a slave's process data buffer itself (FPRD, FPWR, ...).
   bool Read(const track::SlaveAccess& access, ProcessSink& sink);
-  /// Lists the bytes of the process data that have to be the same in the next frames, for these to show nothing new.
-  /// @param i  the datagram of the frame that is asked about
-  /// @return false when every frame may show something
-  [[nodiscard]] bool Watch(const track::LogicalAccess& access, const LogicalExpectation& expectation,
-                           const track::CycleAtRest& asked, std::size_t i) const;
-  /// Calls `visit(part, exchange)` for each slave's part of a datagram that Watch() was asked about since.
-  template <class Visit>
-  void ForEachPart(const track::LogicalAccess& access, const LogicalExpectation& expectation, Visit visit) const {
-    const Entry* entry = Look({access.command, access.address, access.length});
-    if (entry == nullptr) return;
-    const Counted counted = Count(*entry, access, expectation);
-    for (const ImagePart& part : entry->parts) {
-      visit(part, part.direction == device::PdoDirection::kRx ? counted.outputs : counted.inputs);
-    }
-  }
-  /// Whether a datagram has taken another one's place since this was asked last: what was known of that one is lost.
-  [[nodiscard]] bool TakeReplaced() { return std::exchange(replaced_, false); }
   /// What was done since this was asked last, in slaves that were updated.
   [[nodiscard]] std::uint64_t TakeWork() { return std::exchange(work_, 0); }
-  /// The slave's PDOs may be others now. Its FMMUs and sync managers are watched anyway.
+  /// The slave's PDOs may be others now. Its FMMUs and sync managers are checked without this call.
   void OnLayoutChanged(SlaveId slave);
 
  private:
-  /// Of all that decides where the process data are.
+  /// Of all that decides where the process data lie.
   struct Version {
     std::uint64_t mapping = 0;  ///< track::Network::mapping_version()
     std::uint64_t layouts = 0;
@@ -172,8 +152,6 @@ class ProcessImage {
 
   [[nodiscard]] Version version() const { return {network_.mapping_version(), layout_changes_}; }
   [[nodiscard]] bool ChangedSince(const Version& version, SlaveId slave) const;
-  /// Null where Find() would have to make it.
-  [[nodiscard]] const Entry* Look(const LogicalKind& kind) const;
   Entry& Find(const LogicalKind& kind, bool& found);
   void BuildLogical(Entry& entry);
   void RefreshLogical(Entry& entry);
@@ -204,7 +182,6 @@ class ProcessImage {
   std::vector<std::uint64_t> layout_changed_;  ///< of each slave that ever changed: layout_changes_ after it
   Version version_;                            ///< that fragments_ belong to
   std::uint64_t parts_made_ = 0;
-  bool replaced_ = false;
   std::uint64_t work_ = 0;  ///< see TakeWork()
   LogicalKinds<Entry> entries_;
   SignalFragments fragments_;

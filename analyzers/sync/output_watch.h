@@ -43,12 +43,6 @@ struct OutputWatch {
 
   /// The frame at hand brought outputs.
   void Add(const FrameTime& time, FrameNo sent, const CyclicImage* of, bool slave_in_op);
-  /// Add() of `count` frames of these data to a slave that was and is in OP, of which this is the last.
-  void AddRun(std::uint64_t count, const FrameTime& time, FrameNo sent) {
-    frames_in_op += count;
-    last = time;
-    last_sent = sent;
-  }
   /// It got the last outputs in OP, as far as is known.
   [[nodiscard]] bool FedInOp() const {
     return seen && (in_op || (op_since.seen() && last.frame.number >= op_since.number));
@@ -82,8 +76,6 @@ struct OutputWatch {
   void OnHole(bool certain);
   /// @param data of a logical datagram to which the slave gave `share`
   void ReadStatusWord(const model::SlaveModel& slave, const model::LogicalShare& share, ByteSpan data);
-  /// Where in such data it lies; unset when it does not. Meaningful as long as the layout is that of the last one read.
-  [[nodiscard]] std::optional<std::size_t> StatusWordAt(const model::LogicalShare& share, std::size_t length) const;
 
  private:
   [[nodiscard]] Interval GapByClocks(const FrameTime& time) const;

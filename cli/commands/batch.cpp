@@ -236,7 +236,6 @@ class BatchCommand : public Command {
       }
       AddFiles(*settings, files_);
       std::string key = SettingsKey(*settings);
-      settings->analysis.one_of_several = batch_.workers > 1;
       prepared =
           prepared_.emplace(config, Prepared{std::make_shared<const Settings>(std::move(*settings)), key, {}}).first;
     }

@@ -12,6 +12,7 @@
 #include "cli/commands/command.h"
 #include "cli/families.h"
 #include "cli/lookup/meaning.h"
+#include "cli/lookup/progress_meanings.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
 #include "cli/report/sentences.h"
@@ -162,7 +163,9 @@ class ExplainCommand : public Command {
         "  6041, 1C12:1, 27       the same without a mark; 27 is a code in decimal and in hexadecimal\n"
         "  0x0130, 0x0810         register with its bits\n"
         "  FPRD                   datagram command\n"
-        "  SAFEOP, SAFEOP+ERR     AL state");
+        "  SAFEOP, SAFEOP+ERR     AL state\n"
+        "  enabled, sync          rung of the ladder under Progress: what it needs and what may hold it\n"
+        "  \"axis does not move\"   the rungs in order; also \"does not reach OP\", \"drops out of OP\"");
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
@@ -200,6 +203,7 @@ class ExplainCommand : public Command {
     }
     std::vector<std::string_view> ids;
     for (const RuleInfo* known : RuleCatalogue()) ids.push_back(known->id);
+    for (const std::string_view topic : lookup::ProgressTopics()) ids.push_back(topic);
     return Fail(console, Error{"unknown rule '" + what + "'" + Suggestion(what, ids, "ecaudit rules")});
   }
 

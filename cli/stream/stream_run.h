@@ -18,11 +18,13 @@
 
 namespace ecaudit::cli {
 
-enum class LineFormat : std::uint8_t { kText, kJsonLines, kCsv };
+/// Places in LineWriter::formats(), unless a writer has its own.
+inline constexpr std::size_t kTextLines = 0;
+inline constexpr std::size_t kJsonLines = 1;
 
 /// One destination.
 struct LineTarget {
-  LineFormat format = LineFormat::kText;
+  std::size_t format = 0;  ///< place in LineWriter::formats()
   bool color = false;
   LineOutput output;
 };
@@ -74,7 +76,8 @@ class LineWriter {
 class StreamRun {
  public:
   /// @param formats  of the writer, the default first
-  void Declare(OptionSet& options, std::span<const OutputFormat> formats);
+  /// @param help  their list for readers
+  void Declare(OptionSet& options, std::span<const OutputFormat> formats, const std::string& help);
   /// The same for writers of text and jsonl.
   void Declare(OptionSet& options);
   /// Reads the capture and lets `writer` write. What goes wrong is reported on `console`, once.
