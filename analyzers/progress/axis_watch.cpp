@@ -13,7 +13,7 @@ constexpr std::array kActuals{Role::kPosition, Role::kVelocity, Role::kTorque};
 void AxisWatch::SetDrive(const device::DriveProfile* drive) {
   if (drive_ == drive) return;
   drive_ = drive;
-  reserved_control_mask_ = reserved_status_mask_ = 0;
+  reserved_control_mask_ = 0;
   if (drive == nullptr) return;
   const auto mask = [](const std::vector<device::WordBit>& bits) {
     unsigned reserved = 0;
@@ -23,7 +23,6 @@ void AxisWatch::SetDrive(const device::DriveProfile* drive) {
     return static_cast<std::uint16_t>(reserved);
   };
   reserved_control_mask_ = mask(drive->control_bits);
-  reserved_status_mask_ = mask(drive->status_bits);
 }
 
 void AxisWatch::NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16_t word, const FrameRef& frame) {
@@ -160,7 +159,6 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   words_changed_ = words_changed_ || now_.status != static_cast<std::uint16_t>(word);
   now_.status = static_cast<std::uint16_t>(word);
   seen_in_op_ = seen_in_op_ || now_.in_op == InOp::kYes;
-  if (now_.in_op == InOp::kYes) NoteReserved(reserved_status_, reserved_status_mask_, *now_.status, frame);
   if (drive_ == nullptr) return;
   now_.state = drive_->StateOf(*now_.status);
   if (!now_.state) return;

@@ -50,7 +50,8 @@ class AxisWatch {
 
   /// The same values again would change nothing.
   [[nodiscard]] bool still() const {
-    return !outputs_changed_ && !enable_.active() && !command_.active() && !setpoint_.active() && !follow_.active();
+    return !outputs_changed_ && !words_changed_ && !enable_.active() && !command_.active() && !setpoint_.active() &&
+           !follow_.active();
   }
   [[nodiscard]] const AxisView& now() const { return now_; }
   [[nodiscard]] const AxisRecords& records() const { return records_; }
@@ -69,7 +70,6 @@ class AxisWatch {
     FrameRef frame;
   };
   [[nodiscard]] const Reserved& reserved_control() const { return reserved_control_; }
-  [[nodiscard]] const Reserved& reserved_status() const { return reserved_status_; }
 
   /// A word was seen while the slave certainly was in OP.
   [[nodiscard]] bool seen_in_op() const { return seen_in_op_; }
@@ -94,8 +94,8 @@ class AxisWatch {
   static void NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16_t word, const FrameRef& frame);
 
   const device::DriveProfile* drive_ = nullptr;
-  std::uint16_t reserved_control_mask_ = 0, reserved_status_mask_ = 0;
-  Reserved reserved_control_, reserved_status_;
+  std::uint16_t reserved_control_mask_ = 0;
+  Reserved reserved_control_;
   AxisView now_;
   bool seen_in_op_ = false;
   bool control_seen_ = false, status_seen_ = false, status_mapped_ = false;

@@ -17,27 +17,18 @@ constexpr FindingKind kControl{
         "this.",
     .identity = "bits"};
 
-constexpr FindingKind kStatus{
-    .name = "status-word",
-    .title = "Reserved bits {bits} are set in status word {status_word}",
-    .message = "The status word is {status_word} in {frame}, in OP. Its bits {bits} are reserved.",
-    .next =
-        "Check whether the status word is mapped where the master reads it: a mapping that is shifted looks like this.",
-    .identity = "bits"};
-
-constexpr const FindingKind* kKinds[] = {&kControl, &kStatus};
+constexpr const FindingKind* kKinds[] = {&kControl};
 
 constexpr RuleInfo kInfo{.id = "drive-reserved-bits",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kInfo,
-                         .title = "Reserved bits of the control or status word are set",
-                         .needs = "control word 6040h or status word 6041h; the AL state",
+                         .title = "Reserved bits of the control word are set",
+                         .needs = "control word 6040h; the AL state",
                          .source = "CIA402, control word and status word",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-The bits of the control word and the status word that the manual of the family, or else the standard, calls
-reserved.
+The bits of the control word that the manual of the family, or else the standard, calls reserved.
 
 ## Why it matters
 A mapping that is shifted by some bytes puts other values there. This shows itself here first.
@@ -61,25 +52,23 @@ class DriveReservedBits final : public Rule {
       if (axis.now().in_op == progress::InOp::kUnknown && !axis.seen_in_op()) {
         NotEvaluable(slave, ReasonCode::kNotInCapture, what::kAlState);
       }
-      ReportOf(slave, number, axis.reserved_control(), kControl, "control_word");
-      ReportOf(slave, number, axis.reserved_status(), kStatus, "status_word");
+      ReportOf(slave, number, axis.reserved_control());
     });
     NotEvaluableFor([](const model::SlaveModel& slave) { return DriveWordsMissing(slave, false); });
   }
 
  private:
-  void ReportOf(SlaveId slave, std::uint8_t number, const progress::AxisWatch::Reserved& reserved,
-                const FindingKind& kind, std::string_view word) {
+  void ReportOf(SlaveId slave, std::uint8_t number, const progress::AxisWatch::Reserved& reserved) {
     if (reserved.bits == 0) return;
-    Finding finding = Found(kind, slave, reserved.frame);
-    finding.Set(word, arg::Hex(reserved.word));
+    Finding finding = Found(kControl, slave, reserved.frame);
+    finding.Set("control_word", arg::Hex(reserved.word));
     std::vector<Value> bits;
     for (unsigned bit = 0; bit < 16; ++bit) {
       if ((reserved.bits >> bit & 1U) != 0) bits.push_back(arg::Number(bit));
     }
     finding.Set("bits", arg::List(std::move(bits)));
     NameAxis(finding, number);
-    (void)Report(AxisKey(number) | (&kind == &kControl ? 1U : 2U), std::move(finding));
+    (void)Report(AxisKey(number), std::move(finding));
   }
 };
 
