@@ -198,7 +198,7 @@ Result<Requirements> ParseRequirements(std::string_view text) {
       const std::string known = Suggestion(name, kParts, "");
       return Wrong(text,
                    "'" + std::string(part) +
-                       "' is none of slaves=N, state=STATE, reached=STATE, axis=RUNG, sync=ok, judged, judged=90%" +
+                       "' is none of slaves=N, state=STATE, reached=STATE, axis=RUNG, sync=ok, judged=90%" +
                        known);
     }
     if (comma != std::string_view::npos && rest.empty()) return Wrong(text, "it ends with a comma");

@@ -107,7 +107,7 @@ test("an edge that has not come is no captured position", async () => {
   // The latch is armed in frame 379, and its valid bit is set in 410.
   const titles = { "#400": "0 captured positions, 1 armed without a capture", "#440": "1 captured position" };
   for (const [to, title] of Object.entries(titles)) {
-    await open(report(`latch-${to.slice(1)}`, "--to", to, path.join(SAMPLES, "latch-misuse.pcapng")), async (page) => {
+    await open(report(`latch-${to.slice(1)}`, "--isolate", "--to", to, path.join(SAMPLES, "latch-misuse.pcapng")), async (page) => {
       assert.equal(await page.textContent("#slave-0 summary:has-text('captured position')"), title);
     });
   }
