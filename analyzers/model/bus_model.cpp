@@ -141,6 +141,9 @@ void BusModel::On(const track::AlRequest& event) {
   slaves_[event.slave].mailbox.Forget();
   if (!HasProcessData(event.control.state())) slaves_[event.slave].ForgetLatches();
   if (event.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) DoubtSettings(event.slave);
+  if (event.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) {
+    slaves_[event.slave].outputs.since = slaves_[event.slave].inputs.since = {.request = event.frame().number};
+  }
   AlMachine& al = slaves_[event.slave].al;
   al.OnRequest(event);
   if (event.frame().number < network_.last_gap()) al.OnPause();  // it is met behind a silence since then
@@ -193,7 +196,9 @@ void BusModel::On(const track::AlStateForgotten& event) {
   ++states_version_;
   slaves_[event.slave].Stir();
   slaves_[event.slave].al.Forget(event.frame);
-  if (event.may_be_set_up_anew) DoubtLayouts(event.slave);
+  if (!event.may_be_set_up_anew) return;
+  slaves_[event.slave].set_up.Forget();
+  DoubtLayouts(event.slave);
 }
 
 /// Whatever was said in the frames that are missing.
@@ -210,6 +215,7 @@ void BusModel::On(const track::CaptureGap& event) {
     if (!event.certain) continue;
     slave.Stir();
     slave.mailbox.Forget();
+    slave.set_up.Forget();
     slave.ForgetLatches();
     slave.drives.Forget();
     if (!slave.al.SettledIn(esc::AlState::OP)) DoubtLayouts(static_cast<SlaveId>(id));
@@ -246,8 +252,12 @@ void BusModel::On(const ProcessCycle& cycle) {
   if (cycle.exchange == Exchange::kYes || cycle.exchange == Exchange::kInferred) {
     if (traffic.exchanged++ == 0) traffic.first = cycle.frame();
     traffic.last = cycle.frame();
+    ++traffic.since.exchanged;
   } else if (cycle.exchange == Exchange::kNo) {
     ++traffic.missed;
+    ++traffic.since.missed;
+    if (cycle.command == wire::Command::LRW) ++traffic.since.missed_by_lrw;
+    traffic.since.last_missed = cycle.frame().number;
   }
   StillCycle& still = cycle.part.still;
   if (still.Repeats(slave.generation, cycle.exchange, cycle.data)) {
@@ -306,8 +316,12 @@ void BusModel::On(const track::CyclesSkipped& skipped) {
       ProcessTraffic& traffic = outputs ? slave.outputs : slave.inputs;
       if (exchange == Exchange::kYes || exchange == Exchange::kInferred) {
         traffic.exchanged += count;
+        traffic.since.exchanged += count;
       } else if (exchange == Exchange::kNo) {
         traffic.missed += count;
+        traffic.since.missed += count;
+        if (access.command == wire::Command::LRW) traffic.since.missed_by_lrw += count;
+        traffic.since.last_missed = access.frame().number;
       }
       if (part.still.latch == Still::kCounts) slave.latch.OnSkipped(outputs, count);
       if (part.still.probe == Still::kCounts) slave.touch_probe.OnSkipped(outputs, count);
@@ -328,6 +342,7 @@ void BusModel::Presume(const ProcessCycle& cycle) {
 void BusModel::On(const track::SlaveAccess& access) {
   if (access.address >= esc::kProcessRam) (void)image_.Read(access, *this);
   slaves_[access.slave].mailbox.OnAccess(access);
+  slaves_[access.slave].set_up.On(access);
   signalled_.OnAccess(access);
   const ByteSpan configuration = access.Covered(access.read, esc::kEscConfiguration, 1);
   if (!configuration.empty() && !access.broadcast) {

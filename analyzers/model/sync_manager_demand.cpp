@@ -79,7 +79,13 @@ SyncManagerDemands MailboxDemands(const device::DeviceDescription& family, const
   SyncManagerDemands demands;
   const auto& out_words = sii.header.standard_receive;
   const auto& in_words = sii.header.standard_send;
-  if (out_words && in_words && out_words->size == 0 && in_words->size == 0) {
+  const bool no_words = out_words && in_words && out_words->size == 0 && in_words->size == 0;
+  // An EEPROM whose words are empty by mistake still names protocols and has the sync managers of the mailbox.
+  const bool by_category = sii.header.protocols.value_or(0) != 0 &&
+                           std::any_of(sii.sync_managers.begin(), sii.sync_managers.end(), [](const auto& entry) {
+                             return entry.type == kMailboxOutType && entry.length != 0;
+                           });
+  if (no_words && !by_category) {
     demands.known = true;
     return demands;
   }
