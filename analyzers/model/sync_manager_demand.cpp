@@ -12,6 +12,7 @@ constexpr std::uint8_t kMailboxOutType = 1;
 constexpr std::uint8_t kMailboxInType = 2;
 constexpr std::uint8_t kProcessOutType = 3;
 constexpr std::uint8_t kProcessInType = 4;
+constexpr std::uint8_t kEnable = 0x01;
 constexpr std::uint8_t kVirtual = 0x04;
 constexpr std::uint8_t kOnlyInOp = 0x08;
 constexpr std::uint8_t kModeMask = 0x03;  // of the control byte
@@ -121,6 +122,7 @@ SyncManagerDemands ProcessDemands(const device::DeviceDescription& family, const
       demand.starts.push_back(entry.start);
       demand.start_source = DemandSource::kEeprom;
       demand.enabled = (entry.enable & kOnlyInOp) == 0;
+      demand.off_in_eeprom = (entry.enable & kEnable) == 0;
       demand.one_buffer = (entry.control & kModeMask) == static_cast<std::uint8_t>(esc::SmMode::MAILBOX);
       if (const device::SyncManagerRule* rule = of_family(demand.number, demand.use)) {
         FillFromFamily(demand, *rule, family);

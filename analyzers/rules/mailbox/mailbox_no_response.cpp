@@ -146,8 +146,8 @@ The request never got a response, and one of these is true:
 
 A late response is a response, however late it is.
 
-- A request that is written after the master requested a state out of INIT, and before AL Status showed it, has a kind of
-  its own: the mailbox was not active yet.
+- A request that is written after the master requested a state out of INIT, and before AL Status showed it, has its own
+  kind: the mailbox was not active yet.
 - The status of the out mailbox (0x0805) shows whether the slave read the request: if it is still full, it did not.
 - An out mailbox is reported, too, if it is full at each poll until the limit is over and the capture does not show how
   it was filled (before the capture, or in a capture gap). After a capture gap the wait counts as long as nothing is

@@ -211,7 +211,7 @@ class FmmuMismatch final : public Rule {
     // The FMMU may map one whose settings are not in the capture.
     const bool all_known =
         std::all_of(managers.begin(), managers.begin() + 4, [](const auto& m) { return m.has_value(); });
-    if (!against && HasVirtualManagers(e.slave)) return;
+    if (!against && NeedsNoManager(e.slave, fmmu)) return;
     FrameNo learned = context().network().state(e.slave).fmmu_since[n];
     if (against) {
       // Only these two matter, and a master that waits for the answer of the slave writes nothing meanwhile.
@@ -238,12 +238,16 @@ class FmmuMismatch final : public Rule {
     Report(key, DescribePlace(e, n, fmmu, outside, against, managers));
   }
 
-  /// By the EEPROM some process data need no sync manager.
-  [[nodiscard]] bool HasVirtualManagers(SlaveId slave) const {
-    constexpr std::uint8_t kVirtual = 0x04;
+  /// By the EEPROM some process data need no sync manager: it is virtual, or switched off from the start.
+  [[nodiscard]] bool NeedsNoManager(SlaveId slave, const esc::Fmmu& fmmu) const {
+    constexpr std::uint8_t kEnable = 0x01, kVirtual = 0x04;
+    constexpr std::uint8_t kProcessOut = 3, kProcessIn = 4;  // types
     const auto sii = esc::ParseSii(context().network().state(slave).sii.image());
-    return std::any_of(sii.sync_managers.begin(), sii.sync_managers.end(),
-                       [](const esc::SiiSyncManager& sm) { return (sm.enable & kVirtual) != 0; });
+    return std::any_of(sii.sync_managers.begin(), sii.sync_managers.end(), [&](const esc::SiiSyncManager& sm) {
+      const bool off = (sm.enable & kEnable) == 0 && sm.start == fmmu.physical_start &&
+                       sm.type == (fmmu.writes() ? kProcessOut : kProcessIn);
+      return (sm.enable & kVirtual) != 0 || off;
+    });
   }
 
   Finding DescribePlace(const model::AlAnswered& e, std::size_t n, const esc::Fmmu& fmmu,

@@ -90,8 +90,14 @@ constexpr FindingKind kWaiting{
 them. After {waited_ms}, in {frame}, the slave still reports {al_status}.)",
     .next = "Start the cyclic exchange in SAFEOP, then request OP."};
 
+constexpr NoteKind kStillInOp{
+    .name = "still-in-op",
+    .text = "The slave is still in OP in {op_frame}: its watchdog did not expire, or does not act."};
+
 constexpr const FindingKind* kKinds[] = {&kExceeded, &kHalfExceeded, &kShorter, &kTight,
                                          &kRefused,  &kRefusedLater, &kWaiting};
+
+constexpr const NoteKind* kNotes[] = {&kStillInOp};
 
 // Several rules may explain one finding: the first that does so wins.
 constexpr std::string_view kAfter[] = {"sync-op-before-sync"};
@@ -105,6 +111,7 @@ constexpr RuleInfo kInfo{
     .needs = "FMMUs and AL state of the slave; a clock: DC time in the frames, or good time stamps",
     .source = "ESC-1, watchdogs; ETG1000.6, AL Status Code register 0x0134",
     .kinds = kKinds,
+    .notes = kNotes,
     .after = kAfter,
     .doc = R"(
 ## What it checks
@@ -133,6 +140,8 @@ comes close to it will be too late one day.
 - If the capture does not show the registers, their values after power-on (100 ms) are assumed, and the finding is
   inferred.
 - fmmu-inactive reports outputs that no FMMU maps.
+- If the slave is in OP until the end of the capture, and AL Status shows that after the pause, its watchdog did not
+  expire: a warning.
 - If the slave leaves OP by itself in the pause (al-unexpected-change), that finding has this one as its cause.
 
 ## Example
@@ -158,6 +167,7 @@ class SyncWatchdogMargin final : public Rule {
 
   /// The master may read AL Status after outputs come again.
   void On(const model::AlChangedByItself& e) {
+    std::erase_if(unconfirmed_, [&](const Unconfirmed& u) { return u.slave == e.slave; });
     if (e.slave >= doubtful_.size() || !doubtful_[e.slave]) return;
     sync::OutputGap gap = *std::exchange(doubtful_[e.slave], std::nullopt);
     // Seen in OP after the gap, or for another reason: that was no watchdog.
@@ -253,6 +263,7 @@ class SyncWatchdogMargin final : public Rule {
     for (const std::optional<sync::OutputGap>& gap : doubtful_) {
       if (gap) AddMayBeGap(*gap);
     }
+    ConfirmByState();
     for (const Consequence& c : consequences_) NameCause(context(), c.rule, c.slave, c.frame, c.cause);
     if (NotEvaluableWithoutReturns()) return;
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
@@ -348,7 +359,10 @@ class SyncWatchdogMargin final : public Rule {
       AddRelated(context().store[index], frame.number);
       return index;
     }
-    return Report(key, exceeds ? Severity::kError : Severity::kWarning, FindingOf(e, watchdog, exceeds, left_op));
+    const FindingIndex reported =
+        Report(key, exceeds ? Severity::kError : Severity::kWarning, FindingOf(e, watchdog, exceeds, left_op));
+    if (exceeds && !left_op && e.end == sync::OutputGap::End::kOutputs) AddUnconfirmed(e, reported);
+    return reported;
   }
 
   /// Once for each watchdog that is set: it is so in every cycle.
@@ -372,7 +386,26 @@ class SyncWatchdogMargin final : public Rule {
     if (slave.written.seen()) finding.Set("set_frame", arg::Frame(slave.written.number));
     finding.Set("every_cycle", arg::Flag(e.nominal_ns >= watchdog.ns));
     reported = Report(key, shorter ? Severity::kError : Severity::kWarning, std::move(finding));
+    if (shorter && !left_op) AddUnconfirmed(e, reported);
     return reported;
+  }
+
+  void AddUnconfirmed(const sync::OutputGap& e, FindingIndex finding) {
+    if (finding != kNoFinding && unconfirmed_.size() < kMaxConsequences) {
+      unconfirmed_.push_back({e.slave, e.after.number, finding});
+    }
+  }
+
+  /// The slave decides: where it stays in OP, its watchdog did not expire.
+  void ConfirmByState() {
+    for (const Unconfirmed& u : unconfirmed_) {
+      const model::AlMachine& al = context().slave(u.slave).al;
+      const FrameNo shown = al.last_seen();
+      if (shown <= std::max(u.after, context().store[u.finding].last.number) || !al.SettledIn(esc::AlState::OP))
+        continue;
+      context().store.Regrade(u.finding, Severity::kWarning);
+      context().store[u.finding].Add(kStillInOp, {{"op_frame", arg::Frame(shown)}});
+    }
   }
 
   /// The watchdog, and how a gap was measured.
@@ -466,6 +499,13 @@ class SyncWatchdogMargin final : public Rule {
   static constexpr std::size_t kMaxConsequences = 256;
 
   std::vector<Slave> slaves_;
+  /// A watchdog that should have expired, of a slave that was not seen to leave OP.
+  struct Unconfirmed {
+    SlaveId slave = kNoSlave;
+    FrameNo after = 0;
+    FindingIndex finding = kNoFinding;
+  };
+  std::vector<Unconfirmed> unconfirmed_;
   std::vector<Consequence> consequences_;
   std::vector<std::optional<sync::OutputGap>> doubtful_;  // of each slave: it may be a capture gap
 };
