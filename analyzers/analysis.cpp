@@ -38,11 +38,10 @@ PipelineOptions WhatToRead(const AnalysisOptions& options) {
   reads.stop = options.stop;
   reads.reached = options.reached;
   reads.progress = options.progress;
-  reads.read_ahead = !options.one_of_several;
   return reads;
 }
 
-/// The rules that the user did not switch off, each hearing what it wants to hear.
+/// The rules that the user did not switch off, each with its subscriptions.
 std::vector<std::unique_ptr<Rule>> Attached(RuleContext& context, EventBus& bus, std::uint32_t shuffle) {
   std::vector<std::unique_ptr<Rule>> rules = MakeAllRules(shuffle);
   std::erase_if(rules, [&](const std::unique_ptr<Rule>& rule) { return context.store.IsOff(rule->info()); });
@@ -69,7 +68,7 @@ std::size_t ForgetReplaced(const RuleContext& context, FindingStore& store) {
 }
 
 AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& options, Timeline* timeline) {
-  // Who hears an event first is made first.
+  // The first subscriber of an event is made first.
   Observation observation(options, Depth::kClocks);
   Explanations explanations;
   const auto collectors = MakeCollectors(observation, explanations, timeline);
@@ -78,8 +77,6 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   RuleContext context(store, observation, source, options, explanations);
   const auto rules = Attached(context, observation.bus(), options.shuffle_rules);
 
-  // A time line shows the data of each cycle.
-  if (timeline == nullptr && !options.tells_each_cycle) observation.SkipRepeatedCycles();
   observation.Run(source, WhatToRead(options));
 
   AnalysisResult result = Summarise(source, observation);
@@ -112,7 +109,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
                    [](const NotEvaluable& a, const NotEvaluable& b) { return a.rule < b.rule; });
   result.capture_next = WhatToCaptureNext(result);
   const CrowdedLists lists = LeaveOutCrowdedLists(observation.pipeline(), result);
-  TellLimits(store, observation.pipeline(), lists, result);
+  AddLimits(store, observation.pipeline(), lists, result);
   return result;
 }
 

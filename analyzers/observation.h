@@ -1,5 +1,5 @@
 /// One capture under observation: the decoder's pipeline, the models of the slaves and the bus that joins them. The
-/// only place that feeds the models; whoever wants to hear what happens listens to bus() before Run().
+/// only place that feeds the models; other code subscribes at bus() before Run().
 #pragma once
 
 #include <cstdint>
@@ -42,9 +42,6 @@ class Observation {
   /// Null unless Depth::kClocks.
   [[nodiscard]] const sync::SyncModel* sync() const { return sync_.get(); }
 
-  /// What is told of cycles that are like the one before is not needed: see decoder/track/repeated_cycles.h. Only where
-  /// nobody hears of the data of each cycle.
-  void SkipRepeatedCycles() { pipeline_.SkipRepeatedCycles(); }
   /// Reads `source` to its end, its damage or the stop that the options name, then lets the models conclude.
   void Run(capture::FrameSource& source, const PipelineOptions& options);
 

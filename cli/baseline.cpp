@@ -59,7 +59,7 @@ std::optional<Baseline::value_type> ReadEntry(JsonValue entry) {
   return Baseline::value_type{std::move(fingerprint), std::move(accepted)};
 }
 
-/// Whether a finding is known, and what is said of it.
+/// Whether a finding is known, and its reason.
 std::pair<bool, std::string> Lookup(const Baseline& baseline, const Fingerprint& fingerprint) {
   const auto found = baseline.find(fingerprint);
   if (found == baseline.end() || found->second.expired) return {false, {}};
@@ -69,7 +69,7 @@ std::pair<bool, std::string> Lookup(const Baseline& baseline, const Fingerprint&
   return {true, because};
 }
 
-/// Adds a finding with what the file before said of it.
+/// Adds a finding with its reason from the file before.
 void Add(const Fingerprint& fingerprint, const std::string& title, const Baseline& before, Baseline& all) {
   Acceptance accepted;
   accepted.title = title;

@@ -18,7 +18,7 @@ using report::Fingerprint;
 
 [[nodiscard]] Fingerprint FingerprintOf(const Finding& finding, const AnalysisResult& result);
 
-/// What the file says of a finding besides which one it is.
+/// What the file states about a finding besides its identity.
 struct Acceptance {
   std::string reason;     ///< why it is accepted; may be empty
   std::string expires;    ///< last day on which it is, "2026-12-31"; empty: for ever

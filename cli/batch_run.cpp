@@ -127,7 +127,7 @@ class Batch {
     return "ecaudit " + std::string(Version()) + " ended with status " + std::to_string(WEXITSTATUS(status));
   }
 
-  /// What the worker said of a job, and its report.
+  /// Messages of the worker about a job, and its report.
   void Take(std::size_t index, std::vector<WorkerPiece>& pieces) {
     BatchResult& result = results_[index];
     for (WorkerPiece& piece : pieces) {
@@ -166,7 +166,7 @@ class Batch {
     results_[index].digest = std::move(*digest);
   }
 
-  /// The capture has ended its worker: that is what its report says.
+  /// The capture has ended its worker: that is what its report states.
   void Crashed(std::size_t index, const std::string& how) {
     const BatchJob& job = jobs_[index];
     results_[index].crashed = true;

@@ -91,7 +91,7 @@ std::optional<Error> BatchWorker::Start(const Work& work) {
     // If the parent ends in any way, no worker may continue unnoticed.
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent) ::_exit(static_cast<int>(ExitStatus::kInternal));
-    // Ctrl-C reaches all processes of a terminal; the parent says when it is meant.
+    // Ctrl-C reaches all processes of a terminal; the parent forwards it if it is meant.
     ListenForInterrupt();
     std::signal(SIGINT, SIG_IGN);
     ::pthread_sigmask(SIG_SETMASK, &before, nullptr);

@@ -1,4 +1,4 @@
-/// A process that checks captures one after the other for `batch`, and what it says of each.
+/// A process that checks captures one after the other for `batch`, and its messages about each.
 ///
 ///   parent -> worker: number of a job, 8 bytes; end of file: no more
 ///   worker -> parent: for each job some pieces, | kind 1 | length 4 | text |, the last of kind kDone
@@ -34,9 +34,9 @@ struct WorkerPiece {
     kUnmet,
     kFrames,       ///< packets of the capture, in decimal
     kCannotWrite,  ///< why its report cannot be written
-    kInternal,     ///< an exception: what it says
+    kInternal,     ///< an exception: its message
     kInterrupted,  ///< it was not checked
-    kDone,         ///< all is said
+    kDone,         ///< all is reported
   };
   Kind kind = Kind::kDone;
   std::string text;
@@ -67,8 +67,8 @@ class BatchWorker {
   void Interrupt();
 
   enum class Got : std::uint8_t { kNothing, kJobDone, kEnded };
-  /// Takes what it has said so far; to be called when fd() has input. Afterwards pieces() is all that was said of
-  /// job().
+  /// Takes what it has reported so far; to be called when fd() has input. Afterwards pieces() is all that was reported
+  /// of job().
   [[nodiscard]] Got Read();
   [[nodiscard]] std::vector<WorkerPiece>& pieces() { return pieces_; }
   /// After Got::kEnded: how it ended, as waitpid() shows; the worker can be started again.

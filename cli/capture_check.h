@@ -22,7 +22,7 @@ class BaselineShelf {
   [[nodiscard]] std::optional<Error> Load(const std::string& path);
   /// Null for an empty path.
   [[nodiscard]] const Baseline* Find(const std::string& path) const;
-  /// Says, once, which entries do not hold any more.
+  /// Reports, once, which entries do not hold any more.
   void WarnOfExpired(Console& console);
 
  private:

@@ -42,11 +42,11 @@ class CaptureRun {
   /// Analyses one job and adds its report: only the slaves of --slave, known findings marked.
   /// What is worth a word goes to `console`, that a capture cannot be opened or was not read to its end as well.
   [[nodiscard]] ExitStatus Run(const CaptureJob& job, report::Report& report, Console& console);
-  /// After all jobs: says which captures lack the slaves of --slave; kUsage when all of them do. An interrupted run
+  /// After all jobs: reports which captures lack the slaves of --slave; kUsage when all of them do. An interrupted run
   /// does not know.
   [[nodiscard]] ExitStatus ReportMissingSlaves(const report::Report& report, Console& console) const;
 
-  /// Says what is missing of what --require asks for.
+  /// Reports what is missing of what --require asks for.
   static void ReportUnmet(const report::Report& report, Console& console);
 
   /// Marks what the job's baseline lists, again. For commands that change the findings of a report.
@@ -55,7 +55,7 @@ class CaptureRun {
   /// make known findings new.
   [[nodiscard]] std::optional<Error> WriteBaselineOf(const report::Report& report) const;
 
-  /// Says `error` on the console.
+  /// Reports `error` on the console.
   static ExitStatus Fail(Console& console, const Error& error);
 
  private:

@@ -135,7 +135,7 @@ std::optional<std::string> FindConfig(const std::string& capture) {
   if (code) return std::nullopt;
   for (fs::path folder = start.lexically_normal();; folder = folder.parent_path()) {
     const fs::path candidate = folder / kFileName;
-    // A folder of that name, or a link to nothing, is meant as a configuration: reading it says what is wrong.
+    // A folder of that name, or a link to nothing, is meant as a configuration: reading it shows what is wrong.
     if (fs::is_regular_file(candidate, code) || fs::is_directory(candidate, code) ||
         (fs::is_symlink(candidate, code) && !fs::exists(candidate, code))) {
       return candidate.string();

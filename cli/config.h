@@ -11,7 +11,7 @@
 
 namespace ecaudit::cli {
 
-/// What a file says, checked for its shape; the names in it are checked where options are (capture_options.h).
+/// What a file states, checked for its shape; the names in it are checked where options are (capture_options.h).
 struct Config {
   std::string path;                                         ///< of the file
   std::vector<std::string> parameters;                      ///< "[SLAVE:]NAME=VALUE"

@@ -47,7 +47,7 @@ class Console {
   bool reader_gone_ = false;
 };
 
-/// Says why the command cannot do what was asked. @return ExitStatus::kUsage
+/// Reports why the command cannot do what was asked. @return ExitStatus::kUsage
 [[nodiscard]] ExitStatus Fail(Console& console, const ecaudit::Error& error);
 
 }  // namespace ecaudit::cli

@@ -1,4 +1,4 @@
-/// A bug that ends the program by a signal still ends it with one line that says where, and with status 3.
+/// A bug that ends the program by a signal still ends it with one line that names the place, and with status 3.
 #pragma once
 
 #include <atomic>
@@ -21,7 +21,8 @@ void LeaveCrashesAlone();
 [[nodiscard]] std::string DescribeCrash(int signal_number, FrameNo reached);
 /// What a person is asked to do about an internal error.
 inline constexpr const char* kPleaseReport =
-    "please report it as docs/CONTRIBUTING.md says, with this line, the output of 'ecaudit --version', the command "
+    "please report it as docs/CONTRIBUTING.md describes, with this line, the output of 'ecaudit --version', the "
+    "command "
     "line and, "
     "if you may share it, the capture ('ecaudit anonymize' takes names out)";
 

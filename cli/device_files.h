@@ -1,4 +1,4 @@
-/// `--esi`, `--eni` and `--profiles`: reads the files that say which devices are on the bus.
+/// `--esi`, `--eni` and `--profiles`: reads the files that describe the devices on the bus.
 #pragma once
 
 #include <memory>

@@ -15,7 +15,7 @@ namespace ecaudit::cli {
 /// used.
 [[nodiscard]] Result<device::ProfileRegistry> LoadFamilies(const std::vector<std::string>& paths);
 
-/// Says that there is no family of that name, and which one may be meant.
+/// Reports that there is no family of that name, and which one may be meant.
 [[nodiscard]] Error UnknownProfile(const device::ProfileRegistry& families, std::string_view name);
 
 }  // namespace ecaudit::cli

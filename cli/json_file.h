@@ -19,7 +19,7 @@ inline constexpr std::uintmax_t kLargestReport = 1U << 30U;    ///< bytes of a r
 /// @return the document, or one line: "x.json:3:14: not valid JSON"
 [[nodiscard]] Result<JsonDocument> ReadJsonFile(const std::string& path, std::uintmax_t largest = kLargestWritten);
 
-/// The whole file; or one line saying why not.
+/// The whole file; or one line with the reason.
 [[nodiscard]] Result<std::string> ReadSmallFile(const std::string& path, std::uintmax_t largest = kLargestWritten);
 
 /// What keeps a command from replacing `path` by a document of its own: a file that is there, not empty, and no

@@ -10,7 +10,7 @@
 namespace ecaudit::cli {
 namespace {
 
-/// CLI11's help without the marks for repetition and duty, which our help texts say in words.
+/// CLI11's help without the marks for repetition and duty, which our help texts put in words.
 class PlainFormatter : public CLI::Formatter {
  public:
   [[nodiscard]] std::string make_option_opts(const CLI::Option* option) const override {

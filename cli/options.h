@@ -53,7 +53,7 @@ class OptionSet {
   enum class Outcome { kParsed, kHelp, kError };
   struct Parsed {
     Outcome outcome = Outcome::kParsed;
-    std::string text;  ///< the help, or one line saying what is wrong
+    std::string text;  ///< the help, or one line with what is wrong
   };
   /// @param arguments  what follows the command's name
   [[nodiscard]] Parsed Parse(const std::vector<std::string>& arguments);

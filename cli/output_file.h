@@ -52,7 +52,7 @@ class OutputFile {
   unsigned mode_ = 0;      ///< permissions
 };
 
-/// Writes piece by piece what `write` gives its sink, and says what went wrong first.
+/// Writes piece by piece what `write` gives its sink, and returns the first error.
 [[nodiscard]] std::optional<Error> WriteOutputPieces(const std::string& path,
                                                      const std::function<void(const report::TextSink&)>& write,
                                                      Links links = Links::kFollow);

@@ -1,49 +1,41 @@
 #include "decoder/pipeline.h"
 
-#include <array>
 #include <numeric>
 
-#include "decoder/base/other_processor.h"
 #include "decoder/base/time.h"
 #include "decoder/bus/ring_join.h"
-#include "decoder/track/repeated_cycles.h"
 
 namespace ecaudit {
 namespace {
 
-/// Smaller captures are read before a thread is at work.
-constexpr std::uint64_t kWorthReadingAhead = std::uint64_t{4} << 20U;
 /// What a packet takes in a file at least, besides its frame.
 constexpr std::uint64_t kRecordBytes = 16;
-constexpr std::uint64_t kProgressEvery = bus::TrafficReader::kNewsEvery;
+constexpr std::uint64_t kProgressEvery = 65536;
 
 /// Passes everything on to the network; frames are published first.
 class Fork final : public bus::BusSink {
  public:
-  Fork(track::RepeatedCycles& cycles, EventSink& events) : cycles_(cycles), events_(events), ends_(cycles) {}
+  Fork(track::Network& network, EventSink& events) : network_(network), events_(events), ends_(network) {}
   void OnFrame(const wire::FrameView& frame, bus::Direction direction) override {
     ends_.Pass(frame.ref().number);
     events_.Publish(FrameSeen{frame, direction});
   }
-  void OnSent(const wire::FrameView& frame) override { cycles_.OnSent(frame); }
+  void OnSent(const wire::FrameView& frame) override { network_.OnSent(frame); }
   void OnTransaction(const bus::BusTransaction& transaction) override { ends_.Push(transaction); }
-  void OnDoubtful(const wire::FrameView& sent) override { cycles_.OnDoubtful(sent); }
+  void OnDoubtful(const wire::FrameView& sent) override { network_.OnDoubtful(sent); }
   void OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) override {
-    cycles_.OnLost(sent, loss, followed_by_other);
+    network_.OnLost(sent, loss, followed_by_other);
   }
   void OnDuplicate(const wire::FrameView& returned, FrameNo original) override {
-    cycles_.OnDuplicate(returned, original);
+    network_.OnDuplicate(returned, original);
   }
   void OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) override {
-    cycles_.OnUnusable(frame, reason, own_master);
+    network_.OnUnusable(frame, reason, own_master);
   }
-  void Finish() {
-    ends_.Flush();
-    cycles_.Settle();
-  }
+  void Finish() { ends_.Flush(); }
 
  private:
-  track::RepeatedCycles& cycles_;
+  track::Network& network_;
   EventSink& events_;
   bus::RingJoin ends_;
 };
@@ -52,60 +44,49 @@ class Fork final : public bus::BusSink {
 
 class Pipeline::Impl {
  public:
-  explicit Impl(EventSink& events) : network_(events), cycles_(network_, events), fork_(cycles_, events) {}
+  explicit Impl(EventSink& events) : network_(events), fork_(network_, events) {}
 
   void Run(capture::FrameSource& source, const PipelineOptions& options) {
-    const bool ahead = options.read_ahead && source.bytes_total() >= kWorthReadingAhead && OtherProcessorIsNear();
-    bus::TrafficReader reader(source, options, options.stop, ahead ? bus::Ahead::kYes : bus::Ahead::kNo);
+    using Got = bus::TrafficReader::Got;
+    bus::TrafficReader reader(source, options, options.stop, fork_);
+    reader_ = &reader;
     std::uint64_t next_progress = kProgressEvery;
-    std::array<wire::FrameView, 2> views;  // of the packet at hand and the one before
-    while (const bus::Traffic* traffic = reader.Next()) {
-      for (std::size_t i = 0; i < traffic->size() && !statistics_.overworked.seen(); ++i) {
-        wire::FrameView& packet = views[i % 2];
-        traffic->Restore(i, packet);
-        at_ = {traffic, i};
-        if (options.reached != nullptr) options.reached->store(packet.ref().number, std::memory_order_relaxed);
-        if (packet.ref().seen()) Count(packet);
-        traffic->Replay(i, packet, fork_, &views[(i + 1) % 2]);
-        if (network_.overworked()) statistics_.overworked = statistics_.last;
-      }
-      (void)Pairing();  // before what it is read from goes away
-      at_ = counted_ = {};
-      cycles_.Keep();
-      if (statistics_.overworked.seen()) break;
+    for (Got got = reader.Next(); got != Got::kEnd && !statistics_.overworked.seen(); got = reader.Next()) {
+      if (got == Got::kPacket) Take(reader, options);
       if (options.progress && reader.packets_read() >= next_progress) {
-        options.progress(reader.bytes_read(), reader.bytes_total(), reader.packets_read());
+        options.progress(source.bytes_read(), source.bytes_total(), reader.packets_read());
         next_progress = reader.packets_read() + kProgressEvery;
       }
     }
+    if (!statistics_.overworked.seen()) reader.Finish();
     statistics_.origin = reader.origin();
     // A source that waited for packets ends on request, too.
     statistics_.stopped = options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
     fork_.Finish();
     network_.Finish();
+    pairing_ = reader.statistics();
+    reader_ = nullptr;
+  }
+
+  [[nodiscard]] const bus::PairingStatistics& Pairing() const {
+    return reader_ != nullptr ? reader_->statistics() : pairing_;
   }
 
   track::Network network_;
-  track::RepeatedCycles cycles_;
-  Fork fork_;
-  /// After the step at hand.
-  const bus::PairingStatistics& Pairing() {
-    if (at_.traffic != nullptr && (at_.traffic != counted_.traffic || at_.step != counted_.step)) {
-      pairing_ = at_.traffic->StatisticsAfter(at_.step);
-      counted_ = at_;
-    }
-    return pairing_;
-  }
   PipelineStatistics statistics_;
 
  private:
-  struct Place {
-    const bus::Traffic* traffic = nullptr;
-    std::size_t step = 0;
-  };
-  Place at_;       ///< of the packet at hand
-  Place counted_;  ///< to which pairing_ belongs
-  bus::PairingStatistics pairing_;
+  Fork fork_;
+  const bus::TrafficReader* reader_ = nullptr;  ///< while reading
+  bus::PairingStatistics pairing_;              ///< after that
+
+  void Take(bus::TrafficReader& reader, const PipelineOptions& options) {
+    const wire::FrameView& packet = reader.packet();
+    if (options.reached != nullptr) options.reached->store(packet.ref().number, std::memory_order_relaxed);
+    Count(packet);
+    reader.Pair();
+    if (network_.overworked()) statistics_.overworked = statistics_.last;
+  }
 
   void Count(const wire::FrameView& packet) {
     CountTime(packet.ref());
@@ -172,9 +153,6 @@ void Pipeline::Run(capture::FrameSource& source, const PipelineOptions& options)
 }
 void Pipeline::Presume(std::optional<SlavePos> position, std::optional<StationAddress> station) {
   impl_->network_.Presume(position, station);
-}
-void Pipeline::SkipRepeatedCycles() {
-  impl_->cycles_.Begin();
 }
 const PipelineStatistics& Pipeline::statistics() const {
   return impl_->statistics_;

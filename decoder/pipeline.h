@@ -1,4 +1,5 @@
 /// Joins the stages of the decoder: FrameSource -> FrameView -> Pairing (TrafficReader has these) -> Network -> Event.
+/// One thread: what a packet leads to is published before the next one is read.
 #pragma once
 
 #include <atomic>
@@ -52,14 +53,10 @@ struct PipelineOptions : bus::PacketRange {
   std::atomic<FrameNo>* reached = nullptr;
   /// Called about every 65,536 packets: bytes done, bytes in total (0: unknown), packets.
   std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress;
-  /// Large captures may be read and paired by a thread of their own while the events of earlier packets are worked on;
-  /// the source may be asked for nothing until Run() returns. It happens where it pays (other_processor.h).
-  bool read_ahead = false;
 };
 
 /// Every frame with its direction; precedes the events that follow from it.
 struct FrameSeen {
-  static constexpr bool kRoutine = true;
   const wire::FrameView& frame;
   bus::Direction direction = bus::Direction::kForeign;
 };
@@ -77,9 +74,6 @@ class Pipeline {
 
   /// Network::Presume().
   void Presume(std::optional<SlavePos> position, std::optional<StationAddress> station);
-
-  /// From here on cycles that show nothing new are not reported in full: see track/repeated_cycles.h.
-  void SkipRepeatedCycles();
 
   /// Up to the packet at hand.
   [[nodiscard]] const PipelineStatistics& statistics() const;

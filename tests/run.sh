@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # Builds everything once with sanitizers and runs it; then the optimised program with the tests of programs, of memory,
-# in a browser and against Wireshark, and the laws over all captures; then the program with the thread sanitizer, for what
-# has threads.
+# in a browser and against Wireshark, and the laws over all captures.
 #   --quick   for work: a build without optimisation, unit tests and short suites, without laws over all captures
 #   --bless [CASE...]   builds the program and writes what the golden cases expect (tests/golden/)
 # Installs what is missing (Debian packages). Safe to run again; run from anywhere. Ends with what took how long.
@@ -70,8 +69,6 @@ else
     { step "all tests with sanitizers" run asan -LE optimised || true; }
   step "building the optimised program" build release ecaudit ecaudit_law_tests ecaudit_memory_tests ecaudit_make_long_capture &&
     { step "the optimised program" run release -L "program|optimised" || true; }
-  step "building with the thread sanitizer" build tsan ecaudit &&
-    { step "threads" run tsan || true; }
 fi || true
 
 if [[ ! -d ${ECAUDIT_SHARED_DIR:-../shared} ]]; then

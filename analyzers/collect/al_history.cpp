@@ -8,7 +8,7 @@ namespace ecaudit {
 
 AlHistory::AlHistory(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
     : model_(model), room_(pipeline, kAtOnce, kBytesAStep) {
-  // Behind the model, which tells what an error bit means.
+  // After the model, which shows what an error bit means.
   bus.ListenTo<track::AlRequest, track::AlStatusRead, track::AlStatusCodeRead>(Stage::kAfterModel, *this);
 }
 
@@ -58,7 +58,7 @@ void AlHistory::On(const track::AlRequest& request) {
 }
 
 void AlHistory::On(const track::AlStatusRead& read) {
-  if (!read.changed() && !read.status_code) return;  // what is polled says the same nearly always
+  if (!read.changed() && !read.status_code) return;  // polls nearly always show the same
   Story& story = Get(read.slave);
   const bool changed = !story.status || *story.status != read.status.raw;
   if (changed) {

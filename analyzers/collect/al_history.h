@@ -18,9 +18,9 @@ class AlHistory final : public Collector {
   static constexpr std::size_t kOwnSteps = 12;         ///< that a slave has, whatever the others take
   static constexpr std::size_t kMaxAllSteps = 10'000;  ///< of all slaves, beyond these
   static constexpr std::uint64_t kAtOnce = 4'000;      ///< of all slaves, however short the capture is, and ...
-  static constexpr std::uint64_t kBytesAStep = 100;    ///< ... one more for so many bytes of frames
+  static constexpr std::uint64_t kBytesAStep = 100;    ///< ... one more for this many bytes of frames
 
-  /// @param model tells echoes from errors; must outlive this, as @param pipeline must
+  /// @param model distinguishes echoes from errors; must outlive this, as @param pipeline must
   AlHistory(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus);
 
   void On(const track::AlRequest& request);

@@ -1,6 +1,6 @@
 /// in: values in the order of frames, and frames that are worth a closer look.  out: every value around those.
 ///
-/// Buckets tell a long capture in little room, and hide what happened from one cycle to the next. What a finding cites
+/// Buckets show a long capture in little room, and hide what happened from one cycle to the next. What a finding cites
 /// is known shortly after it happened, so the last values are remembered until then; around frames that a rule may cite
 /// only at the end, they are held until then. Memory is constant.
 #pragma once
@@ -16,7 +16,7 @@ namespace ecaudit::timeline {
 
 class CloseSeries {
  public:
-  static constexpr std::size_t kAround = 20;       ///< values before, and values behind the one at the frame
+  static constexpr std::size_t kAround = 20;       ///< values before, and values after the one at the frame
   static constexpr std::size_t kRemembered = 256;  ///< a rule may report a frame that far back
   static constexpr std::size_t kHeld = 8;          ///< frames around which values are held
 

@@ -1,4 +1,4 @@
-/// What a report tells besides findings: each collector hears events and has a part of the report.
+/// What a report shows besides findings: each collector receives events and has a part of the report.
 ///
 /// How to add one: derive from Collector, listen to the bus in the constructor, fill in the report in Summarise(); a
 /// line in collectors.cpp makes it.
@@ -23,7 +23,7 @@ class Collector {
   /// The capture has ended: once, before the rules are asked for what only the whole shows.
   /// @param result  has its slaves, each with its id
   virtual void Summarise(AnalysisResult& result) = 0;
-  /// The rules have said the last they have to say: once, behind Summarise().
+  /// All rules have finished: called once, after Summarise().
   virtual void Conclude() {}
 };
 

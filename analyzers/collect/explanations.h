@@ -1,4 +1,4 @@
-/// Which finding says why a slave cannot do what a request asks for, and what is wrong with its PDO mapping.
+/// Which finding explains that a slave cannot do what a request asks for, and what is wrong with its PDO mapping.
 #pragma once
 
 #include <array>

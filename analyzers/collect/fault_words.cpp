@@ -10,7 +10,7 @@ namespace {
 
 using device::DriveState;
 
-/// Bit 9: the drive takes commands from the bus, as drives in process data do. It tells most other words apart.
+/// Bit 9: the drive takes commands from the bus, as drives in process data do. It distinguishes most other words.
 constexpr std::uint16_t kRemote = 0x0200;
 
 }  // namespace

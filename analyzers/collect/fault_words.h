@@ -1,9 +1,9 @@
-/// in: process data of which nobody knows whose they are.  out: why the verdict cannot be "pass" although no finding
+/// in: process data without a known owner.  out: why the verdict cannot be "pass" although no finding
 /// stands: from the first cycle on a word of them reads like the status word of a drive in a fault.
 ///
-/// A capture that begins in operation holds neither FMMUs nor mapping, and a machine that stands in Fault looks like
+/// A capture that starts mid-run holds neither FMMUs nor mapping, and a machine that stands in Fault looks like
 /// one that stands still. That such a word is a status word is a guess, which makes no finding; but it is no machine of
-/// which it may be said that nothing is wrong.
+/// which the report may state that nothing is wrong.
 ///
 /// keeps: at most kMost such words.
 #pragma once

@@ -21,13 +21,10 @@ class FrameLayout final : public Collector {
 
   explicit FrameLayout(EventBus& bus);
 
-  void On(const track::LogicalAccess& access) { Add(access, 1); }
-  void On(const track::CyclesSkipped& skipped);
+  void On(const track::LogicalAccess& access);
   void Summarise(AnalysisResult& result) override;
 
  private:
-  void Add(const track::LogicalAccess& access, std::uint64_t count);
-
   struct Datagram {
     wire::Command command = wire::Command::NOP;
     std::uint32_t address = 0;

@@ -5,8 +5,8 @@ namespace ecaudit {
 PredictionStatistics::PredictionStatistics(const model::BusModel& model, const Explanations& explanations,
                                            EventBus& bus)
     : model_(model), explanations_(explanations) {
-  bus.ListenTo<model::AlAnswered, model::AlChangedByItself, model::AlOverdue, model::Predicted, track::LogicalAccess,
-               track::CyclesSkipped>(Stage::kBeforeModel, *this);
+  bus.ListenTo<model::AlAnswered, model::AlChangedByItself, model::AlOverdue, model::Predicted, track::LogicalAccess>(
+      Stage::kBeforeModel, *this);
 }
 
 void PredictionStatistics::Count(PredictionCount& count, bool held, const FrameRef& frame) {
@@ -57,14 +57,6 @@ void PredictionStatistics::On(const track::LogicalAccess& access) {
   const model::CounterRange range = model_.RangeFor(expected, access.command);
   if (range.least != range.most) return;
   Count(summary_.working_counters, access.wkc == range.most, access.frame());
-}
-
-void PredictionStatistics::On(const track::CyclesSkipped& skipped) {
-  for (std::size_t i = 0; i < skipped.last.size(); ++i) {
-    if (!wire::IsLogical((*skipped.last.returned)[i].command())) continue;
-    summary_.working_counters.made += skipped.count;
-    summary_.working_counters.held += skipped.count;
-  }
 }
 
 }  // namespace ecaudit

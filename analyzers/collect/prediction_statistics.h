@@ -20,8 +20,6 @@ class PredictionStatistics final : public Collector {
   void On(const model::Predicted& event);
   /// Compares the working counter where the models leave one value only.
   void On(const track::LogicalAccess& access);
-  /// Skipped were cycles whose working counters held.
-  void On(const track::CyclesSkipped& skipped);
 
   void Summarise(AnalysisResult& result) override { result.bus.predictions = summary_; }
 

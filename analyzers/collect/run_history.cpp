@@ -19,7 +19,7 @@ RunHistory::RunHistory(const sync::SyncModel* sync, const Pipeline& pipeline, Ev
 }
 
 void RunHistory::On(const track::RunBegan& run) {
-  // A master that shuts down and starts anew says INIT twice: in between lies no run.
+  // A master that shuts down and starts again requests INIT twice: there is no run in between.
   if (IsIdle() && run.reason != track::RunBegan::Reason::kClock) return;
   End();
   now_ = {};

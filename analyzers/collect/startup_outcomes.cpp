@@ -34,7 +34,7 @@ bool GaveUp(const std::vector<StartupStep>& steps, const mailbox::MailboxUnanswe
 
 }  // namespace
 
-void TellNotFollowed(std::vector<StartupStep>& steps, std::uint32_t state, const FrameRef& last_look) {
+void MarkNotFollowed(std::vector<StartupStep>& steps, std::uint32_t state, const FrameRef& last_look) {
   for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
     if (step->key.kind != StartupKey::Kind::kRequest || step->key.address != state ||
         step->frame.number > last_look.number) {
@@ -57,7 +57,7 @@ bool StoppedLooking(const model::AlMachine::Wait& wait, const FrameRef& capture_
   return waited >= model::kGivenUpNs && behind >= model::kGivenUpNs && behind / kLooksMissed >= look;
 }
 
-void TellUnanswered(std::vector<StartupStep>& steps, const mailbox::MailboxUnanswered& event) {
+void MarkUnanswered(std::vector<StartupStep>& steps, const mailbox::MailboxUnanswered& event) {
   if (!event.request.index) return;
   for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
     if (!IsMailbox(step->key) || step->frame.number > event.request.frame.number) continue;
@@ -70,7 +70,7 @@ void TellUnanswered(std::vector<StartupStep>& steps, const mailbox::MailboxUnans
   }
 }
 
-void TellDrive(std::vector<StartupStep>& steps, device::DriveState shows, const FrameRef& capture_end) {
+void MarkDriveOutcome(std::vector<StartupStep>& steps, device::DriveState shows, const FrameRef& capture_end) {
   const auto step = std::find_if(steps.rbegin(), steps.rend(), [](const StartupStep& any) { return Enables(any.key); });
   if (step == steps.rend() || step->outcome != StartupOutcome::kUnknown) return;
   if (shows == device::DriveState::kFault || shows == device::DriveState::kFaultReactionActive) {

@@ -1,5 +1,5 @@
-/// What came of steps of a start-up that nothing answered: whether the master waited in vain, or the capture merely
-/// ends before the answer.
+/// What came of steps of a start-up that nothing answered: whether the master waited without result, or the capture
+/// merely ends before the answer.
 ///
 /// A master has given up when it looked for a while, and then did something else, or looked no more although the
 /// capture goes on. Only then is a step unanswered; else what came of it stays unknown.
@@ -21,18 +21,18 @@ namespace ecaudit::startup {
   return outcome == StartupOutcome::kUnknown || outcome == StartupOutcome::kUnanswered;
 }
 
-/// The last open request of this state was waited for in vain.
+/// The last open request of this state never came: the master stopped waiting.
 /// @param last_look  of the master
-void TellNotFollowed(std::vector<StartupStep>& steps, std::uint32_t state, const FrameRef& last_look);
+void MarkNotFollowed(std::vector<StartupStep>& steps, std::uint32_t state, const FrameRef& last_look);
 
 /// The master looked for a state, and then no more up to the end of the capture, much longer than from look to look.
 [[nodiscard]] bool StoppedLooking(const model::AlMachine::Wait& wait, const FrameRef& capture_end);
 
 /// Of `steps`, the transfer that this request belongs to is unanswered if the master gave it up.
-void TellUnanswered(std::vector<StartupStep>& steps, const mailbox::MailboxUnanswered& event);
+void MarkUnanswered(std::vector<StartupStep>& steps, const mailbox::MailboxUnanswered& event);
 
 /// What came of the last command to enable a drive that does not show Operation enabled.
 /// @param shows  its state as last shown
-void TellDrive(std::vector<StartupStep>& steps, device::DriveState shows, const FrameRef& capture_end);
+void MarkDriveOutcome(std::vector<StartupStep>& steps, device::DriveState shows, const FrameRef& capture_end);
 
 }  // namespace ecaudit::startup

@@ -77,10 +77,9 @@ bool IsEarly(StartupPhase phase) {
 
 StartupRecorder::StartupRecorder(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
     : model_(model), room_(pipeline, kAtOnce, kBytesAStep) {
-  bus.ListenTo<track::AlRequest, track::AlStatusRead, track::AlPoll, track::Answered, track::CycleAtRest,
-               mailbox::SdoTransfer, mailbox::MailboxUnanswered, model::AlAnswered, model::AlErrorCode,
-               model::AlOverdue, model::AlGivenUp, model::DriveCommanded, model::DriveStateChanged>(Stage::kBeforeModel,
-                                                                                                    *this);
+  bus.ListenTo<track::AlRequest, track::AlStatusRead, track::AlPoll, track::Answered, mailbox::SdoTransfer,
+               mailbox::MailboxUnanswered, model::AlAnswered, model::AlErrorCode, model::AlOverdue, model::AlGivenUp,
+               model::DriveCommanded, model::DriveStateChanged>(Stage::kBeforeModel, *this);
   // The EEPROM's words and the registers as the access left them.
   bus.ListenTo<track::EepromRead, track::EepromWrite, track::SlaveAccess>(Stage::kAfterModel, *this);
 }
@@ -88,7 +87,7 @@ StartupRecorder::StartupRecorder(const model::BusModel& model, const Pipeline& p
 StartupRecorder::Story& StartupRecorder::Get(SlaveId slave) {
   while (stories_.size() <= slave) {
     stories_.emplace_back();
-    told_.push_back(0);
+    last_shown_.push_back(0);
   }
   return stories_[slave];
 }
@@ -133,7 +132,7 @@ void StartupRecorder::Add(Record& record, StartupStep step, ByteSpan data) {
   record.steps.push_back(std::move(step));
 }
 
-/// Whether the record may keep so many bytes more.
+/// Whether the record may keep this many bytes more.
 bool StartupRecorder::TakeBytes(Record& record, std::size_t count) {
   if (record.bytes + count > kMaxBytes || all_bytes_ + count > kMaxAllBytes) return false;
   record.bytes += count;
@@ -164,7 +163,7 @@ void StartupRecorder::BeginAnew(Story& story) {
 }
 
 /// That a frame was lost shows when later ones came back, and the master may have gone on with these: its request has
-/// its place before them. It is one with those for the same state right before or behind it, for masters repeat it.
+/// its place before them. It is one with those for the same state right before or after it, for masters repeat it.
 bool StartupRecorder::TookItsPlace(Story& story, const track::AlRequest& request) {
   const FrameNo frame = request.frame().number;
   if (request.acceptance != track::Acceptance::kUnknown) return false;
@@ -199,7 +198,7 @@ bool StartupRecorder::TookItsPlace(Story& story, const track::AlRequest& request
 
 void StartupRecorder::On(const track::AlRequest& request) {
   Story& story = Get(request.slave);
-  told_[request.slave] = 0;
+  last_shown_[request.slave] = 0;
   const std::uint8_t wanted = request.control.state();
   story.asked = std::max(story.asked, request.returned.seen() ? request.returned.number : request.sent.number);
   if (!story.first_state) story.first_state = wanted;
@@ -250,7 +249,7 @@ void StartupRecorder::On(const track::AlRequest& request) {
   step.broadcast = request.broadcast;
   Add(story.record, std::move(step), {});
   if (request.acceptance != track::Acceptance::kAssumed) return;
-  // No answers in the capture: what was requested is taken as reached, or nothing would tell where the start-up ends.
+  // No answers in the capture: what was requested is taken as reached, or nothing would show where the start-up ends.
   story.SetState(wanted, request.frame().number);
   if (wanted >= kPreop) scan_done_ = true;
   if (wanted != kOp) return;
@@ -260,8 +259,9 @@ void StartupRecorder::On(const track::AlRequest& request) {
 
 void StartupRecorder::On(const track::AlPoll& poll) {
   const std::uint8_t state = poll.status.state();
-  const bool all_told = std::all_of(poll.slaves.begin(), poll.slaves.end(),
-                                    [&](SlaveId slave) { return slave < told_.size() && told_[slave] == state; });
+  const bool all_told = std::all_of(poll.slaves.begin(), poll.slaves.end(), [&](SlaveId slave) {
+    return slave < last_shown_.size() && last_shown_[slave] == state;
+  });
   if (!all_told) poll.each_wanted = true;
 }
 
@@ -273,7 +273,7 @@ void StartupRecorder::On(const track::AlStatusRead& read) {
   if (read.frame.number <= story.asked) return;
   story.SetState(state, read.frame.number);
   if (story.in_operation) {
-    told_[read.slave] = state == kOp ? kOp : std::uint8_t{0};
+    last_shown_[read.slave] = state == kOp ? kOp : std::uint8_t{0};
     if (state != kOp) story.enabled = story.left_operation = true;
     return;
   }
@@ -290,7 +290,7 @@ void StartupRecorder::On(const track::AlStatusRead& read) {
   }
   if (state != kBoot) story.record.highest = std::max(story.record.highest, state);
   if (state >= kPreop) scan_done_ = true;
-  told_[read.slave] = state;
+  last_shown_[read.slave] = state;
   if (state == kOp) {
     story.in_operation = true;
     story.operation_since = read.frame.number;
@@ -319,9 +319,9 @@ void StartupRecorder::On(const model::AlAnswered& event) {
 
 void StartupRecorder::NotFollowed(Story& story, std::uint8_t wanted, const FrameRef& last_look) {
   if (story.in_operation) return;
-  TellNotFollowed(story.record.steps, wanted, last_look);
+  MarkNotFollowed(story.record.steps, wanted, last_look);
   // That it was given up may show by the request that begins another attempt.
-  if (story.best) TellNotFollowed(story.best->steps, wanted, last_look);
+  if (story.best) MarkNotFollowed(story.best->steps, wanted, last_look);
 }
 
 void StartupRecorder::On(const model::AlOverdue& event) {
@@ -367,17 +367,6 @@ void StartupRecorder::On(const track::SlaveAccess& access) {
   if (!access.read.empty() && access.done()) ReadBack(story.record, access);
 }
 
-void StartupRecorder::On(const track::CycleAtRest& asked) {
-  for (std::size_t i = 0; i < asked.datagrams.size(); ++i) {
-    const SlaveId slave = asked.datagrams[i].slave;
-    const bool polls = (*asked.transaction.returned)[i].command() == wire::Command::BRD;
-    if ((polls && !bus_done_ && !scan_done_) ||
-        (slave != kNoSlave && (slave >= stories_.size() || !stories_[slave].in_operation))) {
-      asked.each_wanted = true;
-    }
-  }
-}
-
 void StartupRecorder::On(const track::Answered& event) {
   if (bus_done_ || !wire::IsBroadcast(event.command) || event.address >= esc::kProcessRam) return;
   const FrameRef& sent = event.sent.seen() ? event.sent : event.returned;
@@ -387,7 +376,7 @@ void StartupRecorder::On(const track::Answered& event) {
     }
     return;
   }
-  // Once a slave is known the accesses of the slaves tell the same.
+  // Once a slave is known the accesses of the slaves show the same.
   if (model_.network().slaves().size() != 0) return;
   track::SlaveAccess access;
   access.sent = event.sent;
@@ -493,7 +482,7 @@ void StartupRecorder::On(const track::EepromWrite& event) {
 void StartupRecorder::On(const mailbox::MailboxUnanswered& event) {
   Story& story = Get(event.slave);
   story.unanswered = event;
-  TellUnanswered(story.record.steps, event);
+  MarkUnanswered(story.record.steps, event);
 }
 
 void StartupRecorder::On(const mailbox::SdoTransfer& transfer) {
@@ -555,12 +544,12 @@ void StartupRecorder::On(const mailbox::SdoTransfer& transfer) {
     if (known->phase != step.phase && upload) break;
   }
   Add(story.record, std::move(step), transfer.data);
-  // Which of the two is told first does not matter.
-  if (story.unanswered.request.frame.number >= frame.number) TellUnanswered(story.record.steps, story.unanswered);
+  // Which of the two is reported first does not matter.
+  if (story.unanswered.request.frame.number >= frame.number) MarkUnanswered(story.record.steps, story.unanswered);
 }
 
 void StartupRecorder::On(const model::DriveCommanded& event) {
-  if (event.axis > 0) return;  // steps are told of the first axis
+  if (event.axis > 0) return;  // steps are those of the first axis
   Story& story = Get(event.slave);
   if (story.enabled || (!story.in_operation && story.state < kSafeop)) return;
   const std::uint16_t bits = event.word & kCommandBits;
@@ -610,7 +599,7 @@ void StartupRecorder::Describe(StartupStep& step, SlaveId slave) const {
     step.read_text = StepValue(step.key, step.read_back, model);
   }
   if (sdo && step.outcome == StartupOutcome::kUnknown) step.note = "no answer in the capture";
-  // That of a drive says what it shows.
+  // That of a drive has the drive state.
   if (step.key.kind == StartupKey::Kind::kDrive) return;
   if (step.outcome == StartupOutcome::kUnanswered) step.note = sdo ? "not answered" : "not followed";
   if (step.outcome != StartupOutcome::kRefused) return;
@@ -649,7 +638,7 @@ StartupSummary StartupRecorder::Finish(Record& record, SlaveId slave) const {
     if (phase.first.has_time && phase.last.has_time) out.duration = phase.last.time - phase.first.time;
     if (phase.words > 0) out.result = Count(phase.words, "word") + " read";
     if (phase.enabled) out.result = "Operation enabled";
-    // What was refused because it skipped a state is overcome when the state behind this phase is reached.
+    // What was refused because it skipped a state is overcome when the state after this phase is reached.
     if (phase.refused != 0 && phase.reached < std::min(phase.refused, GoalOf(out.phase))) {
       out.failed = true;
       out.result = esc::StateName(phase.refused) + " refused";
@@ -676,7 +665,7 @@ StartupSummary StartupRecorder::SummariseSlave(SlaveId slave, const FrameRef& ca
       NotFollowed(story, al.waits_for()->control.state(), al.wait().last_poll);
     }
   }
-  if (!story.left_operation && story.drive_shows) TellDrive(story.record.steps, *story.drive_shows, capture_end);
+  if (!story.left_operation && story.drive_shows) MarkDriveOutcome(story.record.steps, *story.drive_shows, capture_end);
   const bool earlier = story.best && story.best->highest >= story.record.highest;
   StartupSummary summary = Finish(earlier ? *story.best : story.record, slave);
   summary.first_state = story.first_state;

@@ -2,7 +2,7 @@
 ///
 /// Follows each slave from its first frame to OP (a drive: to Operation enabled). Phases are recognised by registers
 /// and AL states, so that it does not matter which master is at work. A slave that is taken back to INIT before it
-/// reached OP begins anew: of several attempts the one that came furthest is told, the first of equals.
+/// reached OP begins again: of several attempts the one that came furthest is kept, the first of equals.
 ///
 /// Keeps: at most kMaxSteps steps a slave, kMaxBytes of their values; later ones are counted. What happens in OP adds
 /// nothing, so memory does not grow with the length of the capture.
@@ -34,7 +34,7 @@ class StartupRecorder final : public Collector {
   // Of all slaves; real buses stay far below.
   static constexpr std::size_t kMaxAllSteps = 25'000;
   static constexpr std::uint64_t kAtOnce = 4'000;   ///< of all slaves, however short the capture is, and ...
-  static constexpr std::uint64_t kBytesAStep = 80;  ///< ... one more for so many bytes of frames
+  static constexpr std::uint64_t kBytesAStep = 80;  ///< ... one more for this many bytes of frames
   static constexpr std::size_t kMaxAllBytes = std::size_t{4} << 20U;
 
   /// @param model must outlive this, as @param pipeline must
@@ -42,11 +42,10 @@ class StartupRecorder final : public Collector {
 
   void On(const track::AlRequest& request);
   void On(const track::AlStatusRead& read);
-  /// Wants to hear of each slave, unless all are in OP: reading once more that they are tells nothing new.
+  /// Needs the event of each slave, unless all are in OP: reading once more that they are shows nothing new.
   void On(const track::AlPoll& poll);
   void On(const track::Answered& event);
   /// Until a slave is in operation its steps are counted.
-  void On(const track::CycleAtRest& asked);
   void On(const track::EepromRead& event);
   void On(const track::EepromWrite& event);
   void On(const mailbox::SdoTransfer& transfer);
@@ -84,9 +83,9 @@ class StartupRecorder final : public Collector {
   };
   struct Story {
     Record record;
-    std::unique_ptr<Record> best;  ///< null: the attempt under way is the first
+    std::unique_ptr<Record> best;  ///< null: the current attempt is the first
     std::uint8_t state = 0;        ///< as read last, 0: unknown
-    /// The last changes of `state`, a ring: SDO transfers are told when they end, which may be later.
+    /// The last changes of `state`, a ring: SDO transfers are published when they end, which may be later.
     std::array<std::pair<FrameNo, std::uint8_t>, 8> changes{};
     std::size_t change_count = 0;
     FrameNo operation_since = 0;
@@ -125,8 +124,8 @@ class StartupRecorder final : public Collector {
 
   const model::BusModel& model_;
   std::deque<Story> stories_;
-  /// Of each story: a read of this state would tell nothing new; 0: any may. In OP the master's part is over.
-  std::vector<std::uint8_t> told_;
+  /// Of each story: a read of this state would show nothing new; 0: any may. In OP the master's part is over.
+  std::vector<std::uint8_t> last_shown_;
   Record bus_;
   bool scan_done_ = false;  ///< a slave reached PREOP
   bool bus_done_ = false;   ///< a slave reached OP

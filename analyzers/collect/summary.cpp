@@ -73,7 +73,7 @@ void NumberSlaves(std::vector<SlaveSummary>& slaves) {
   for (const SlaveSummary& slave : slaves) {
     if (!slave.position_inferred) taken.insert(slave.position);
   }
-  // Where slaves have joined, their order tells the places of the others.
+  // Where slaves have joined, their order shows the places of the others.
   for (SlaveSummary& slave : slaves) {
     if (slave.position_inferred && slave.position != kNoPlace && !taken.insert(slave.position).second) {
       slave.position = kNoPlace;
@@ -170,7 +170,7 @@ SlaveSummary SummariseSlave(SlaveId id, const model::BusModel& model) {
   summary.identity.revision = slave.identity.revision;
   summary.identity.serial = slave.identity.serial;
   summary.identity.since = slave.identity.frame.number;
-  // What the project calls the slave tells people more than what its maker calls the product.
+  // The name in the project is clearer to people than the product name of the maker.
   const esc::SiiImage& image = network.state(id).sii.image();
   if (slave.eni != nullptr) summary.name = slave.name;
   if (summary.name.empty() && image.KnownWords() > 0) summary.name = std::string(esc::ParseSii(image).Name());
@@ -195,8 +195,8 @@ AnalysisResult Summarise(const capture::FrameSource& source, const Observation& 
   AnalysisResult result;
   result.capture = SummariseCapture(source, pipeline);
   if (const std::uint16_t* count = pipeline.network().slave_count().if_known()) result.bus.slave_count = *count;
-  if (const auto& told = model.al().told()) {
-    result.bus.al = BusAlSummary{told->status.raw, told->first, told->last, told->polls};
+  if (const auto& shown = model.al().shown()) {
+    result.bus.al = BusAlSummary{shown->status.raw, shown->first, shown->last, shown->polls};
   }
   result.bus.events = SummariseEventField(model.signalled().field());
   result.bus.lost_frames = pipeline.pairing().lost;

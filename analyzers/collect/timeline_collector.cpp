@@ -79,7 +79,7 @@ TimelineCollector::Slave* TimelineCollector::Of(const model::ImagePart& part) {
   return &unmet_.back().second;
 }
 
-/// A slave that only the ENI told of until now: what was drawn of it goes on as its own.
+/// A slave that only the ENI named until now: what was drawn of it goes on as its own.
 void TimelineCollector::TakeUnmet(const model::ImagePart& part) {
   const auto found = std::find_if(unmet_.begin(), unmet_.end(), [&](const auto& entry) {
     return entry.first->eni != nullptr && entry.first->eni == part.model->eni;
@@ -230,7 +230,7 @@ void TimelineCollector::On(const sync::PhaseMeasured& event) {
   if (HasSeries(event.slave)) Count(Of(event.slave).phase, event.frame, static_cast<double>(event.phase) / 1e3);
 }
 
-/// Whoever judges a fault waits for the drive's own reason, maybe until the end of the capture.
+/// The evaluation of a fault waits for the drive's own reason, maybe until the end of the capture.
 void TimelineCollector::On(const model::DriveStateChanged& event) {
   using device::DriveState;
   if (!event.from || (event.to && *event.to != DriveState::kFault && *event.to != DriveState::kFaultReactionActive)) {
@@ -268,7 +268,7 @@ void TimelineCollector::LookCloser(const Finding& finding) {
     for (const std::unique_ptr<Signal>& signal : slaves_[finding.slave].signals) keep(signal->close);
     return;
   }
-  // Of a bus of many slaves the first signals of each say most.
+  // Of a bus of many slaves the first signals of each are the most useful.
   std::size_t left = kMaxCloseOfBus;
   const std::size_t each = std::max<std::size_t>(2, kMaxCloseOfBus / std::max<std::size_t>(1, slaves_.size()));
   for (Slave& slave : slaves_) {

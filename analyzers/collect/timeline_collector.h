@@ -47,7 +47,7 @@ class TimelineCollector final : public Collector {
   void On(const track::SlaveAccess& access);
   void On(const track::FrameLost& event);
   void On(const mailbox::MailboxMessage& message);
-  /// Behind the model: names and values as they are known then.
+  /// After the model: names and values as they are known then.
   void On(const mailbox::SdoTransfer& transfer);
 
   void On(const model::DriveStateChanged& event);

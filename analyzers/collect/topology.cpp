@@ -11,7 +11,7 @@ namespace ecaudit {
 namespace {
 
 constexpr std::size_t kPorts = 4;
-/// In which a frame leaves a slave, behind the port at which it came in.
+/// The port through which a frame leaves a slave, after the port at which it came in.
 constexpr std::array<std::uint8_t, 3> kOrder{3, 1, 2};
 /// A cable and a slave take microseconds; what is longer is junk of a port that is not used.
 constexpr std::int64_t kLongestHop = 1'000'000;
@@ -21,7 +21,7 @@ bool FramesPass(std::uint16_t dl_status, std::size_t port) {
   return (bits & 2U) != 0 && (bits & 1U) == 0;
 }
 
-/// A node whose ports behind the first may still lead to somebody.
+/// A node whose ports after the first may still lead to a slave.
 struct Open {
   std::size_t node = 0;
   bool known = false;  ///< its ports are
@@ -39,7 +39,8 @@ Open OpenOf(const TopologySummary& topology, std::size_t node) {
   return open;
 }
 
-/// Time that a frame spent behind `port`: from the stamp of the port before it, in the order of frames, to its own.
+/// Time that a frame spent downstream of `port`: from the stamp of the port before it, in the order of frames, to its
+/// own.
 std::optional<std::int64_t> RoundTrip(const TopologyNode& node, const DcSummary& dc, std::uint8_t port) {
   std::uint8_t before = 0;
   for (const std::uint8_t next : kOrder) {
@@ -50,7 +51,7 @@ std::optional<std::int64_t> RoundTrip(const TopologyNode& node, const DcSummary&
   return static_cast<std::int32_t>(WrappingDifference(*dc.receive_times_ns[port], *dc.receive_times_ns[before]));
 }
 
-/// Time that a frame spent in the slave and behind it.
+/// Time that a frame spent in the slave and downstream of it.
 std::optional<std::int64_t> OwnRoundTrip(const TopologyNode& node, const DcSummary& dc) {
   std::uint8_t last = 0;
   for (const std::uint8_t next : kOrder) {

@@ -1,7 +1,7 @@
 /// in: reads of DL status and error counters.  out: the tree of the bus, and what its links went through.
 ///
 /// Slaves stand by position, which is the order in which a frame is processed: at a slave with several neighbours it
-/// goes on at port 3, then 1, then 2, and came in at port 0. So the ports over which frames pass say where the next
+/// goes on at port 3, then 1, then 2, and came in at port 0. So the ports over which frames pass show where the next
 /// slave is. Where DL status of a slave was not read, it has neighbours only if nothing else can.
 ///
 /// keeps: kMaxChanges changes a port.
@@ -26,7 +26,7 @@ class Topology final : public Collector {
   explicit Topology(EventBus& bus);
 
   void On(const track::SlaveAccess& access);
-  /// Behind a hole may stand another capture.
+  /// After a capture gap there may be another capture.
   void On(const track::CaptureGap& gap);
   void Summarise(AnalysisResult& result) override;
 

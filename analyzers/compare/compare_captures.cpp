@@ -30,7 +30,7 @@ constexpr TimeNs kAtLeastSlower = 10'000'000;
 constexpr double kSameCycle = 0.05;
 constexpr std::size_t kListed = 4;
 
-// Ranks, the most telling first: which slaves there are, what they came to, what they exchange, how they are set, how
+// Ranks, the most important first: which slaves there are, what they came to, what they exchange, how they are set, how
 // the frames look, clocks last.
 constexpr int kRankBus = -2;
 constexpr int kRankRefused = -1;  ///< only one of them was refused a state
@@ -67,7 +67,7 @@ std::string List(const Steps& steps, NameOf&& name_of) {
 }
 
 /// Of several steps the first that changes something.
-const StartupStep& Telling(const std::vector<const StartupStep*>& steps) {
+const StartupStep& MostImportant(const std::vector<const StartupStep*>& steps) {
   for (const StartupStep* step : steps) {
     if (step->key.kind != StartupKey::Kind::kUpload && step->key.kind != StartupKey::Kind::kRequest) return *step;
   }
@@ -223,9 +223,9 @@ class Builder {
     std::erase_if(out_.differences, [](const Difference& d) { return d.in_a == d.in_b; });
     for (std::size_t p = 0; p < out_.pairs.size(); ++p) CutStartups(p);
     Fold();
-    TellUnknownIdentities();
-    TellFurther(a_, "A");
-    TellFurther(b_, "B");
+    AddUnknownIdentities();
+    AddFurther(a_, "A");
+    AddFurther(b_, "B");
     std::stable_sort(out_.differences.begin(), out_.differences.end(), [](const Difference& x, const Difference& y) {
       return std::tuple(!x.counts, x.rank) < std::tuple(!y.counts, y.rank);
     });
@@ -316,7 +316,7 @@ class Builder {
   }
 
   /// Such slaves are matched by their position only.
-  void TellUnknownIdentities() {
+  void AddUnknownIdentities() {
     for (const auto& [where, positions] : unidentified_) {
       std::string list;
       for (const unsigned position : positions) list += (list.empty() ? "" : ", ") + std::to_string(position);
@@ -326,7 +326,7 @@ class Builder {
   }
 
   /// Only one start-up of each slave is kept.
-  void TellFurther(const AnalysisResult& result, const std::string& which) {
+  void AddFurther(const AnalysisResult& result, const std::string& which) {
     if (const FrameNo next = startup::NextStartup(result); next != 0) {
       out_.notes.push_back(which + " starts slaves again from frame " + std::to_string(next) +
                            " on; what is before is compared, that start-up is not");
@@ -397,7 +397,7 @@ class Builder {
 
   [[nodiscard]] int RankOf(std::optional<std::size_t> p, const StartupKey& key, StartupPhase phase, FrameNo frame_a,
                            FrameNo frame_b) const {
-    // What is only read changes nothing, and another sequence of states is told by the outcome.
+    // What is only read changes nothing, and another sequence of states is part of the outcome.
     if (key.kind == StartupKey::Kind::kUpload) return kRankEarly;
     if (key.kind == StartupKey::Kind::kRequest) return kRankStep;
     const SlaveSummary* slave_a = p ? out_.pairs[*p].a : nullptr;
@@ -440,7 +440,7 @@ class Builder {
       case Deviation::Kind::kOrder:
         OtherPlace(compared, deviation);
         break;
-      // What came of the steps Outcomes() tells.
+      // Outcomes() shows the result of the steps.
       case Deviation::Kind::kFailed:
       case Deviation::Kind::kNotShown:
       case Deviation::Kind::kSlow:
@@ -494,16 +494,16 @@ class Builder {
     LeaveOutHidden(p, side.of_a, steps);
     const ExtraSteps extra = SortOut(steps, side.here, side.there);
     Again(p, side, extra.again);
-    std::vector<const StartupStep*> taken, in_vain;
-    for (const StartupStep* step : extra.fresh) (NotTaken(*step) ? in_vain : taken).push_back(step);
+    std::vector<const StartupStep*> taken, unanswered;
+    for (const StartupStep* step : extra.fresh) (NotTaken(*step) ? unanswered : taken).push_back(step);
     if (!taken.empty()) {
       const StartupStep& first = *taken.front();
-      AddStep(p, side, {Telling(taken), first, nullptr}, List(taken, TextOf), "done",
+      AddStep(p, side, {MostImportant(taken), first, nullptr}, List(taken, TextOf), "done",
               NotDone(first, side.there, side.late));
     }
-    if (!in_vain.empty()) {
-      const StartupStep& first = *in_vain.front();
-      Difference& d = AddStep(p, side, {Telling(in_vain), first, nullptr}, List(in_vain, TextOf),
+    if (!unanswered.empty()) {
+      const StartupStep& first = *unanswered.front();
+      Difference& d = AddStep(p, side, {MostImportant(unanswered), first, nullptr}, List(unanswered, TextOf),
                               "tried, and not taken by the slave", NotDone(first, side.there, side.late));
       d.counts = false;
       d.rank = kRankTiming;
@@ -583,7 +583,7 @@ class Builder {
     });
   }
 
-  /// B's additional steps come behind everything that the failed start-up of A holds.
+  /// B's additional steps come after everything that the failed start-up of A holds.
   static bool GoesOnBehind(const StartupSummary& a, FrameNo failed_a, const Deviation& deviation) {
     const StartupStep* before = deviation.previous;
     if (before == nullptr || before->key.kind != StartupKey::Kind::kRequest) return false;
@@ -593,9 +593,9 @@ class Builder {
     return false;
   }
 
-  /// Steps that both do with the same value, and that one slave refused. What was told already is left out.
+  /// Steps that both do with the same value, and that one slave refused. What was reported already is left out.
   void Outcomes(std::optional<std::size_t> p, const StartupSummary& a, const StartupSummary& b,
-                const std::set<const StartupStep*>& told) {
+                const std::set<const StartupStep*>& reported) {
     using Name = std::tuple<int, bool, std::uint8_t, std::uint32_t>;
     std::map<Name, std::vector<const StartupStep*>> by_key;
     const auto name_of = [](const StartupKey& key) {
@@ -607,11 +607,11 @@ class Builder {
       const auto found = by_key.find(name_of(step.key));
       if (found == by_key.end()) continue;
       const std::size_t place = next[found->first]++;
-      if (place >= found->second.size() || told.contains(&step)) continue;
+      if (place >= found->second.size() || reported.contains(&step)) continue;
       const StartupStep& other = *found->second[place];
       if (step.outcome == other.outcome && step.code == other.code) continue;
       if (step.outcome == StartupOutcome::kUnknown || other.outcome == StartupOutcome::kUnknown) continue;
-      // The refused state is what the outcome says.
+      // The outcome shows the refused state.
       if (p && step.key.kind == StartupKey::Kind::kRequest) continue;
       const int rank = step.phase <= StartupPhase::kEeprom ? kRankEarly : kRankStep;
       Difference& d = Add(Area::kStep, rank, p, startup::StepNoun(step.key, step.name),
@@ -739,7 +739,7 @@ class Builder {
         if (there.contains(key)) continue;
         const std::size_t pair = std::get<1>(key);
         const std::string text = std::string(Name(finding->severity)) + ": " + title_(*finding);
-        // A cause says more than what follows from it.
+        // A cause is more useful than its consequences.
         const int rank = finding->caused_by == kNoFinding && finding->rule != "al-refused" ? kRankFinding : kRankEarly;
         Difference& d =
             Add(Area::kFinding, rank, pair == kBusPair ? std::nullopt : std::optional(pair), std::string(finding->rule),

@@ -1,4 +1,4 @@
-/// Two captures side by side: what differs in start-ups, configuration, timing and findings, the most telling first.
+/// Two captures side by side: what differs in start-ups, configuration, timing and findings, the most important first.
 ///
 /// Slaves are matched by identity and position, whatever their addresses. What varies between two runs of the same
 /// master (times, offsets, station addresses) is no difference.

@@ -32,7 +32,7 @@ constexpr Word kNewSlave{"new-slave", "a slave that the expectation, which is no
 
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
-/// What is judged in one order: everything, or the mailbox by itself, or steps that have no order.
+/// What is evaluated in one order: everything, or the mailbox by itself, or steps that have no order.
 enum class Chain : std::uint8_t { kMain, kMailbox, kWithoutOrder };
 
 Chain ChainOf(const StartupKey& key, bool separate_mailbox) {
@@ -75,8 +75,8 @@ class ChainComparison {
     PairFailed(true);
     PairMoved(out);
     PairFailed(false);
-    TellFailed(out);
-    TellNotShown(out);
+    AddFailed(out);
+    AddNotShown(out);
     PairChanged(out);
     Missing(out);
     if (strict) Unexpected(out);
@@ -181,8 +181,8 @@ class ChainComparison {
     }
   }
 
-  /// A state that is not reached has others behind it that are not either, and a drive that cannot be enabled.
-  void TellFailed(std::vector<Deviation>& out) {
+  /// A state that is not reached has others after it that are not either, and a drive that cannot be enabled.
+  void AddFailed(std::vector<Deviation>& out) {
     const std::size_t before = out.size();
     for (std::size_t e = 0; e < expected_.size(); ++e) {
       if (actual_of_[e] == kNone || !Failed(*expected_[e], *actual_[actual_of_[e]])) continue;
@@ -207,7 +207,7 @@ class ChainComparison {
     }
   }
 
-  /// A step done again behind the one whose outcome is not known, as masters do where an answer is lost, settles it.
+  /// A step done again after the one whose outcome is not known, as masters do where an answer is lost, settles it.
   [[nodiscard]] bool DoneAgain(std::size_t e) const {
     for (std::size_t a = actual_of_[e] + 1; a < actual_.size(); ++a) {
       if (expected_of_[a] == kNone && Same(e, a) && actual_[a]->outcome == StartupOutcome::kDone) return true;
@@ -215,7 +215,7 @@ class ChainComparison {
     return false;
   }
 
-  void TellNotShown(std::vector<Deviation>& out) const {
+  void AddNotShown(std::vector<Deviation>& out) const {
     Deviation unknown;
     unknown.kind = Deviation::Kind::kNotShown;
     for (std::size_t e = 0; e < expected_.size(); ++e) {
@@ -396,7 +396,7 @@ void LeaveOutUnseen(const SlaveSummary& slave, std::vector<Deviation>& found, Co
         {slave.id, Reason::Of(ReasonCode::kNotInCapture, kControlWord), Deviation::Kind::kMissing});
   }
   if (slave.startup.steps_left_out > 0) {
-    // What came behind the last step that was kept is cut off, not missing.
+    // What came after the last step that was kept is cut off, not missing.
     const std::size_t before = found.size();
     std::erase_if(found, [](const Deviation& deviation) {
       return deviation.kind == Deviation::Kind::kMissing && (deviation.to_the_end || deviation.next == nullptr);
@@ -427,7 +427,7 @@ std::optional<Reason> WhyNotCompared(const SlaveSummary& slave, const CaptureSum
   return std::nullopt;
 }
 
-/// Whether the capture shows who is at this place of the bus, or that nobody is.
+/// Whether the capture shows which slave is at this place of the bus, or that none is.
 bool ShowsPlace(const AnalysisResult& result, SlavePos position) {
   if (result.bus.slave_count && position >= *result.bus.slave_count) return true;
   return std::any_of(result.slaves.begin(), result.slaves.end(),
@@ -487,8 +487,8 @@ void LeaveOutOvercome(const StartupSummary& startup, std::vector<Deviation>& fou
   });
 }
 
-/// What the capture does not show the end of is no deviation; behind a state that was refused it says nothing new.
-void TellNotShown(const SlaveSummary& slave, std::vector<Deviation>& found, Comparison& comparison) {
+/// What the capture does not show the end of is no deviation; after a refused state it adds nothing.
+void AddNotShown(const SlaveSummary& slave, std::vector<Deviation>& found, Comparison& comparison) {
   const auto cause = std::find_if(found.begin(), found.end(), [](const Deviation& d) {
     return d.kind == Deviation::Kind::kFailed && IsRequest(d.expected.front()->key);
   });
@@ -505,7 +505,7 @@ void TellNotShown(const SlaveSummary& slave, std::vector<Deviation>& found, Comp
       {slave.id, Reason::Of(ReasonCode::kNotInCapture, kOutcome), Deviation::Kind::kFailed});
 }
 
-/// What a start-up did not come to, because a state was not reached, is told with that.
+/// What a start-up did not reach, because a state was not reached, is reported with that state.
 void TakeConsequences(std::vector<Deviation>& found) {
   const auto cause = std::find_if(found.begin(), found.end(), [](const Deviation& d) {
     return d.kind == Deviation::Kind::kFailed && IsRequest(d.expected.front()->key);
@@ -557,7 +557,7 @@ class WholeComparison {
       }
     }
     AddShifted();
-    TellFurther();
+    AddFurther();
     return std::move(out_);
   }
 
@@ -596,7 +596,7 @@ class WholeComparison {
   }
 
   /// Only one start-up of each slave is kept.
-  void TellFurther() {
+  void AddFurther() {
     const FrameNo next = NextStartup(result_);
     if (next == 0) return;
     out_.not_compared.push_back(
@@ -609,7 +609,7 @@ class WholeComparison {
   }
 
   void CompareBus() {
-    // A capture that begins behind the scan shows slaves, but not the broadcasts before.
+    // A capture that begins after the scan shows slaves, but not the broadcasts before.
     const StartupSummary& bus = result_.bus.startup;
     if (bus.steps.empty() && !expectation_.bus.empty()) {
       out_.not_compared.push_back({kNoSlave, Reason::Of(ReasonCode::kNotInCapture, kBroadcasts), {}});
@@ -631,7 +631,7 @@ class WholeComparison {
     Deviation missing;
     missing.kind = Deviation::Kind::kSlaveMissing;
     missing.expected_slave = &expected;
-    // Who is there the scan tells; what it means for the slaves that are there comes behind it.
+    // The scan shows which slaves are present; what this means for them comes after it.
     const StartupPhaseSummary* scan = result_.bus.startup.phase(StartupPhase::kScan);
     missing.frame = scan != nullptr ? scan->first : end_;
     out_.deviations.push_back(std::move(missing));
@@ -678,7 +678,7 @@ class WholeComparison {
     }
     LeaveOutOvercome(slave.startup, found);
     TakeConsequences(found);
-    TellNotShown(slave, found, out_);
+    AddNotShown(slave, found, out_);
     Add(std::move(found), slave.id, &expected, slave.startup.end);
     CompareLimits(expectation_, expected, slave, out_);
   }

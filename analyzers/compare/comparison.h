@@ -2,7 +2,7 @@
 ///
 /// Steps are aligned as the longest common sequence of both. What is left over on both sides is the same step with
 /// another value, or at another place; what is left over on one side is missing or unexpected. A step that has to
-/// succeed and was refused, or waited for in vain, is one that failed.
+/// succeed and was refused, or waited for without result, is one that failed.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct Deviation {
     kOrder,
     kValue,
     kFailed,
-    kNotShown,  ///< may have failed: the capture ends before, or nobody looked
+    kNotShown,  ///< may have failed: the capture ends before, or the master did not read it
     kSlow,
     kSlaveMissing,
     kSlaveUnexpected,
@@ -35,7 +35,7 @@ struct Deviation {
   Kind kind = Kind::kMissing;
   SlaveId slave = kNoSlave;  ///< kNoSlave: the bus
   StartupPhase phase = StartupPhase::kScan;
-  /// Missing; value, order, failed: the one or ones it is about. A request that failed, and others behind it.
+  /// Missing; value, order, failed: the one or ones it is about. A request that failed, and others after it.
   std::vector<const ExpectedStep*> expected;
   std::vector<const StartupStep*> actual;   ///< unexpected, value, failed; order: where they happened
   std::vector<const ExpectedStep*> behind;  ///< failed: steps that a start-up did not come to for that
@@ -43,7 +43,7 @@ struct Deviation {
   /// Missing: the step that came where these should have come, usually a state request; null at the end.
   const StartupStep* next = nullptr;
   const StartupStep* previous = nullptr;  ///< the last expected step that happened before
-  /// Order: the expected step behind which (order) it should have come; null: it should have been first.
+  /// Order: the expected step after which (order) it should have come; null: it should have been first.
   const ExpectedStep* after = nullptr;
   bool to_the_end = false;     ///< missing: nothing that is expected later happened
   FrameRef frame;              ///< to cite
@@ -52,11 +52,11 @@ struct Deviation {
   std::uint32_t revision = 0;  ///< revision: of the device that stands there
 };
 
-/// A slave whose start-up, or a part of it, the capture does not show, so that nothing can be said.
+/// A slave whose start-up, or a part of it, the capture does not show, so that nothing can be compared.
 struct NotCompared {
   SlaveId slave = kNoSlave;
   Reason reason;
-  std::optional<Deviation::Kind> only;  ///< deviations of this kind alone cannot be told; unset: none can
+  std::optional<Deviation::Kind> only;  ///< deviations of this kind alone cannot be reported; unset: none can
 };
 
 struct Comparison {
@@ -70,7 +70,7 @@ struct Comparison {
 
 /// What differs in one sequence of steps.
 /// @param separate_mailbox  see Expectation
-/// @param strict  tells steps that are not expected
+/// @param strict  reports steps that are not expected
 [[nodiscard]] std::vector<Deviation> CompareSteps(std::span<const ExpectedStep> expected,
                                                   std::span<const StartupStep> actual, bool separate_mailbox,
                                                   bool strict);

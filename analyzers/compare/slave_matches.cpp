@@ -42,7 +42,7 @@ void MatchMoved(std::span<const ExpectedSlave> expected, std::span<const SlaveSu
 
 std::vector<SlaveMatch> MatchSlaves(std::span<const ExpectedSlave> expected, std::span<const SlaveSummary> actual) {
   std::vector<SlaveMatch> matches(expected.size());
-  // An untouched bus: everybody where he is expected.
+  // An unchanged bus: each slave is where it is expected.
   bool in_place = true;
   std::vector<bool> used(actual.size(), false);
   for (std::size_t e = 0; e < expected.size() && in_place; ++e) {

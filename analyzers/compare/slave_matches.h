@@ -14,7 +14,7 @@ namespace ecaudit::startup {
 /// By expected slave.
 struct SlaveMatch {
   std::optional<std::size_t> place;  ///< in the capture; unset: there is none
-  bool moved = false;                ///< it stands on the other side of slaves that it should stand before or behind
+  bool moved = false;                ///< it is on the other side of slaves that it should be before or after
 };
 
 /// By vendor and product, and by position among equal ones. A slave whose identity one side does not know matches by

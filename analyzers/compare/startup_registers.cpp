@@ -41,7 +41,7 @@ StartupPhase PhaseOfSyncManager(EscAddress address, ByteSpan data) {
   bool mailbox = number < 2;
   if (offset <= kSmControl && data.size() > kSmControl - offset) {
     mailbox = (data[kSmControl - offset] & 0x03U) == static_cast<unsigned>(esc::SmMode::MAILBOX);
-    // A sync manager that is cleared tells by its number only.
+    // A cleared sync manager is identified by its number only.
     if (IsZero(data)) mailbox = number < 2;
   }
   return mailbox ? StartupPhase::kMailboxSetup : StartupPhase::kPreopToSafeop;

@@ -1,4 +1,4 @@
-/// Which register writes configure something, in which phase of a start-up, and which of them say nothing by their
+/// Which register writes configure something, in which phase of a start-up, and which of them have no meaning by their
 /// value. The only place that knows register numbers of start-ups; source: esc-reference 4, 13.
 #pragma once
 
@@ -19,7 +19,7 @@ inline constexpr std::uint8_t kPreop = static_cast<std::uint8_t>(esc::AlState::P
 inline constexpr std::uint8_t kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
 
 /// False for writes that are no configuration: error counters, commands of the EEPROM interface, process RAM,
-/// AL Control (told by AlRequest), repeat requests of a mailbox.
+/// AL Control (shown by AlRequest), repeat requests of a mailbox.
 [[nodiscard]] bool Configures(EscAddress address, ByteSpan data, std::uint8_t state);
 
 /// Where a write belongs.
@@ -59,7 +59,7 @@ void CutIntoUnits(EscAddress address, ByteSpan data, Visit&& visit) {
   return key.kind == StartupKey::Kind::kDrive && (key.address & 0x008FU) == 0x000FU;
 }
 
-/// Steps that say what is exchanged, and where it lies: sync managers, FMMUs, PDOs.
+/// Steps that set what is exchanged, and where it is: sync managers, FMMUs, PDOs.
 [[nodiscard]] bool IsMapping(const StartupKey& key);
 
 /// An FMMU that maps the same bytes of the slave to another logical address: the bus has another layout.
@@ -69,7 +69,7 @@ void CutIntoUnits(EscAddress address, ByteSpan data, Visit&& visit) {
 struct WantedBytes {
   EscAddress address = 0;
   std::vector<std::uint8_t> data;
-  bool any_value = false;  ///< whatever `data` says
+  bool any_value = false;  ///< whatever `data` is
 };
 /// Of a register write; a number is as wide as its register.
 [[nodiscard]] WantedBytes BytesOf(const ExpectedStep& expected);

@@ -70,7 +70,7 @@ std::optional<Way> WayTo(const AnalysisResult& result, const RuleCoverage& rule,
                          const Reason* reason) {
   if (result.capture.direction != DirectionSeen::kBoth) return Way::kBothDirections;
   if (IsAboutStamps(reason)) return Way::kStampBetter;
-  // What no source tells of the device, no capture will.
+  // What no source states about the device, no capture shows.
   if (reason != nullptr && reason->code == ReasonCode::kNotInProfile) return std::nullopt;
   if (slave == nullptr) return result.slaves.empty() ? std::optional(Way::kFromPowerOn) : std::nullopt;
   if (rule.rule == "bus-link-errors") return Way::kReadLinkCounters;

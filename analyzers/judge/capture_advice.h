@@ -1,4 +1,4 @@
-/// What another capture should hold, so that what could not be judged in this one can be.
+/// What another capture should hold, so that what could not be evaluated in this one can be.
 #pragma once
 
 #include <vector>

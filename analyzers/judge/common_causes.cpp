@@ -42,14 +42,14 @@ std::int64_t StateOf(const Finding& finding, std::string_view name) {
   return NumberOf(finding, name).value_or(0);
 }
 
-/// The frame from which on the finding's matter was under way: what it names before its own.
+/// The first frame of what the finding is about: one that it names before its own.
 FrameNo BegunBy(const Finding& finding) {
   FrameNo first = finding.first.number;
   for (const FrameNo frame : finding.related_frames) first = std::min(first, frame);
   return first;
 }
 
-/// When the matter of an effect came: behind the last look that showed it well (0: no look is known), and not later
+/// When the effect began: after the last read that showed the slave well (0: no such read is known), and not later
 /// than the frame that shows it.
 struct Moment {
   FrameNo look = 0;
@@ -86,20 +86,20 @@ TimeNs WatchdogOf(const RuleContext& context, SlaveId slave) {
   return least;
 }
 
-/// Frames that are lost here and there let no watchdog run out: behind the look so many were lost in a row that nothing
-/// came for as long as that takes.
+/// Frames that are lost here and there let no watchdog run out: after the read this many were lost in a row that
+/// nothing came for as long as that takes.
 bool StarvesBehind(FrameNo look, const Finding& lost, TimeNs watchdog) {
   const auto frames = NumberOf(lost, "in_a_row");
   const auto last = NumberOf(lost, "in_a_row_last_frame");
   const auto took = NumberOf(lost, "in_a_row_ms");
   if (!frames || !last || !took || watchdog <= 0 || static_cast<FrameNo>(*last) <= look) return false;
-  // One cycle before the first of them and one behind the last have to be added.
+  // One cycle before the first of them and one after the last have to be added.
   const auto count = static_cast<double>(*frames);
   return static_cast<double>(*took) * (count + 1) / (count - 1) >= static_cast<double>(watchdog);
 }
 
 /// The effect came when `cause` had begun, and not much later than it was over. Where the cause brings its effect at
-/// once, how late the master looked does not matter: it may be what was over behind the last look before.
+/// once, how late the master looked does not matter: it may be what was over after the last look before.
 bool Follows(const RuleContext& context, SlaveId slave, const Moment& effect, const Finding& cause, TimeNs within) {
   if (effect.shown.number < BegunBy(cause)) return false;
   if (effect.shown.number <= cause.last.number) return true;
@@ -111,19 +111,19 @@ bool Follows(const RuleContext& context, SlaveId slave, const Moment& effect, co
 }
 
 /// The drive was seen without fault before, and gave no reason.
-bool SaysNothing(const RuleContext&, const Finding& effect) {
+bool GivesNoReason(const RuleContext&, const Finding& effect) {
   return !effect.arguments.Has("fault_code") && effect.arguments.Has("state_before");
 }
 
 /// The drive's own word for what happened, if it gave one, is that it lost synchronisation.
-bool SaysSynchronisationLost(const RuleContext& context, const Finding& effect) {
-  if (effect.rule == "drive-fault") return SaysNothing(context, effect);
+bool NamesSynchronisationLoss(const RuleContext& context, const Finding& effect) {
+  if (effect.rule == "drive-fault") return GivesNoReason(context, effect);
   const auto& names = context.slave(effect.slave).profile->sync.lost_faults;
   return std::find(names.begin(), names.end(), CodeOf(effect, "id")) != names.end();
 }
 
 /// Mailbox error codes of ETG1000.6 that speak of how a message is built: syntax, header, size.
-bool SaysMalformed(const RuleContext&, const Finding& effect) {
+bool NamesMalformedMessage(const RuleContext&, const Finding& effect) {
   const auto detail = NumberOf(effect, "detail");
   return detail && (*detail == 1 || *detail == 5 || *detail == 6 || *detail == 8);
 }
@@ -138,12 +138,12 @@ bool Single(const RuleContext&, const Finding& effect) {
 }
 
 /// The slave's own code speaks of synchronisation: 0x001A, 0x002C to 0x0036.
-bool SaysSynchronisation(const RuleContext&, const Finding& effect) {
+bool NamesSynchronisation(const RuleContext&, const Finding& effect) {
   const auto code = NumberOf(effect, "al_status_code");
   return !code || esc::SpeaksOfSynchronisation(*code);  // none was read
 }
 
-/// Both tell of one frame.
+/// Both are about one frame.
 bool SameFrame(const Finding& effect, const Finding& cause) {
   return effect.first.number == cause.first.number;
 }
@@ -160,7 +160,7 @@ bool SameObject(const Finding& effect, const Finding& cause) {
 }
 
 /// Emergencies of ETG.1000.6 for a transition that failed: 0xA000, 0xA001.
-bool SaysTransitionFailed(const RuleContext&, const Finding& effect) {
+bool NamesFailedTransition(const RuleContext&, const Finding& effect) {
   const auto code = NumberOf(effect, "error_code");
   return code == 0xA000 || code == 0xA001;
 }
@@ -171,12 +171,12 @@ bool CountRefused(const Finding& effect, const Finding& cause) {
          CodeOf(cause, "service") == "download";
 }
 
-bool SaysSynchronisationByCode(const RuleContext& context, const Finding& effect) {
-  return effect.arguments.Has("al_status_code") && SaysSynchronisation(context, effect);
+bool NamesSynchronisationByCode(const RuleContext& context, const Finding& effect) {
+  return effect.arguments.Has("al_status_code") && NamesSynchronisation(context, effect);
 }
 
-bool SaysSynchronisationOrWatchdog(const RuleContext& context, const Finding& effect) {
-  return NumberOf(effect, "al_status_code") == kWatchdog || SaysSynchronisationByCode(context, effect);
+bool NamesSynchronisationOrWatchdog(const RuleContext& context, const Finding& effect) {
+  return NumberOf(effect, "al_status_code") == kWatchdog || NamesSynchronisationByCode(context, effect);
 }
 
 /// A download to what sync manager 2 (1C12h, 1600h-17FFh) or 3 (1C13h, 1A00h-1BFFh) carries; 0: to something else.
@@ -194,21 +194,21 @@ bool MappingRefused(const Finding& effect, const Finding& cause) {
 }
 
 /// The slave's own code speaks of process data: their sync managers, length or mapping.
-bool SaysProcessData(const RuleContext&, const Finding& effect) {
+bool NamesProcessData(const RuleContext&, const Finding& effect) {
   constexpr std::array<std::int64_t, 6> kCodes{0x0017, 0x001D, 0x001E, 0x0021, 0x0024, 0x0025};
   const auto code = NumberOf(effect, "al_status_code");
   return code && std::find(kCodes.begin(), kCodes.end(), *code) != kCodes.end();
 }
 
 /// The code is about the exchange of process data (0x0018, 0x0019, 0x001B, 0x002B) or the settings for it.
-bool SaysExchange(const RuleContext& context, const Finding& effect) {
+bool NamesExchange(const RuleContext& context, const Finding& effect) {
   constexpr std::array<std::int64_t, 4> kCodes{0x0018, 0x0019, 0x001B, 0x002B};
   const auto code = NumberOf(effect, "al_status_code");
-  return SaysProcessData(context, effect) || (code && std::find(kCodes.begin(), kCodes.end(), *code) != kCodes.end());
+  return NamesProcessData(context, effect) || (code && std::find(kCodes.begin(), kCodes.end(), *code) != kCodes.end());
 }
 
 /// The code is about the synchronisation mode or its cycle: 0x0026 to 0x0028, 0x0030, 0x0035, 0x0036.
-bool SaysSyncSettings(const RuleContext&, const Finding& effect) {
+bool NamesSyncSettings(const RuleContext&, const Finding& effect) {
   constexpr std::array<std::int64_t, 6> kCodes{0x0026, 0x0027, 0x0028, 0x0030, 0x0035, 0x0036};
   const auto code = NumberOf(effect, "al_status_code");
   return code && std::find(kCodes.begin(), kCodes.end(), *code) != kCodes.end();
@@ -225,7 +225,7 @@ bool SyncSettingRefused(const Finding&, const Finding& cause) {
 }
 
 /// The detected modules are not the configured ones.
-bool SaysModules(const RuleContext&, const Finding& effect) {
+bool NamesModules(const RuleContext&, const Finding& effect) {
   return NumberOf(effect, "al_status_code") == 0x0070;
 }
 
@@ -248,7 +248,7 @@ bool TouchesLookBefore(const RuleContext& context, const Moment& effect, const F
 }
 
 /// The process data watchdog ran out.
-bool SaysWatchdog(const RuleContext&, const Finding& effect) {
+bool NamesWatchdog(const RuleContext&, const Finding& effect) {
   return NumberOf(effect, "al_status_code") == kWatchdog;
 }
 
@@ -262,7 +262,7 @@ bool WithinItsFrames(const Finding& effect, const Finding& cause) {
   return cause.first.number <= effect.first.number && effect.last.number <= cause.last.number;
 }
 
-/// Somebody set the error bit: broadcasts do not show the code.
+/// A slave set the error bit: broadcasts do not show the code.
 bool ShowsError(const RuleContext&, const Finding& effect) {
   return (NumberOf(effect, "al_status_of_all").value_or(0) & kErrorBit) != 0;
 }
@@ -272,7 +272,7 @@ bool OfProcessData(const RuleContext&, const Finding& effect) {
 }
 
 /// Outputs that are never complete make the slave drop all of them: its watchdog runs out.
-bool TellsOfOutputs(const Finding&, const Finding& cause) {
+bool IsAboutOutputs(const Finding&, const Finding& cause) {
   return CodeOf(cause, "direction") == "outputs";
 }
 
@@ -280,7 +280,7 @@ bool LostInARow(const Finding&, const Finding& cause) {
   return cause.arguments.Has("in_a_row");
 }
 
-/// It did not answer at its address between the look before and the one that shows what it did meanwhile.
+/// It did not answer at its address between the read before and the read that shows the change.
 bool WasAway(const Finding& effect, const Finding& cause) {
   return cause.arguments.Has("station_address") && NumberOf(cause, "working_counter") == 0 &&
          cause.first.number > BegunBy(effect) && cause.last.number < effect.first.number;
@@ -300,10 +300,10 @@ bool GoesOnFromRefusal(const Finding& effect, const Finding& cause) {
 /// `effect` follows from `cause` of the same slave, or of the bus.
 struct Law {
   std::string_view effect, cause;
-  TimeNs within = 0;  ///< behind the cause's last frame; < 0: at any time
-  bool (*holds)(const RuleContext&, const Finding& effect) = nullptr;  ///< what the effect has to say besides
+  TimeNs within = 0;  ///< after the cause's last frame; < 0: at any time
+  bool (*holds)(const RuleContext&, const Finding& effect) = nullptr;  ///< further condition on the effect
   Bus of_bus = Bus::kNo;
-  bool (*fits)(const Finding& effect, const Finding& cause) = nullptr;  ///< what both have to say of the same
+  bool (*fits)(const Finding& effect, const Finding& cause) = nullptr;  ///< condition on both
   bool by_warning = false;                                              ///< a warning may cause an error
 };
 
@@ -317,38 +317,38 @@ constexpr std::array kLaws{
     Law{"sync-window-violation", "sync-lost", 0, Single},
     Law{"sync-window-violation", "sync-switched-off", kLater, nullptr, Bus::kNo, Precedes},
     Law{"sync-difference-large", "sync-switched-off", kLater, nullptr, Bus::kNo, Precedes},
-    Law{"emcy-received", "sync-lost", kSoon, SaysSynchronisationLost},
-    Law{"drive-fault", "sync-lost", kSoon, SaysSynchronisationLost},
-    Law{"drive-fault", "sync-watchdog-margin", kSoon, SaysNothing},
-    Law{"emcy-received", "sync-watchdog-margin", kSoon, SaysSynchronisationLost},
-    Law{"emcy-received", "sync-switched-off", kLater, SaysSynchronisationLost},
-    Law{"drive-fault", "sync-switched-off", kSoon, SaysSynchronisationLost},
-    Law{"emcy-received", "frame-lost", kSoon, SaysSynchronisationLost, Bus::kYes},
-    Law{"drive-fault", "frame-lost", kSoon, SaysNothing, Bus::kYes},
-    Law{"al-refused", "sync-start-in-past", kLater, SaysSynchronisationByCode},
-    Law{"al-refused", "sync-cycle-mismatch", -1, SaysSynchronisationByCode},
-    Law{"al-refused", "sync-cycle-unsupported", -1, SaysSynchronisationByCode},
-    Law{"al-unexpected-change", "sync-switched-off", kLater, SaysSynchronisation},
-    Law{"al-unexpected-change", "sync-watchdog-margin", kSoon, SaysWatchdog},
-    Law{"al-unexpected-change", "sync-lost", kSoon, SaysSynchronisationOrWatchdog},
-    Law{"al-unexpected-change", "sync-window-violation", kLater, SaysSynchronisationByCode, Bus::kNo, Precedes},
-    Law{"al-unexpected-change", "sync-difference-large", kLater, SaysSynchronisationByCode, Bus::kNo, Precedes, true},
-    Law{"al-unexpected-change", "sync-drift-uncompensated", kLater, SaysSynchronisationByCode, Bus::kGoesOn, Precedes,
+    Law{"emcy-received", "sync-lost", kSoon, NamesSynchronisationLoss},
+    Law{"drive-fault", "sync-lost", kSoon, NamesSynchronisationLoss},
+    Law{"drive-fault", "sync-watchdog-margin", kSoon, GivesNoReason},
+    Law{"emcy-received", "sync-watchdog-margin", kSoon, NamesSynchronisationLoss},
+    Law{"emcy-received", "sync-switched-off", kLater, NamesSynchronisationLoss},
+    Law{"drive-fault", "sync-switched-off", kSoon, NamesSynchronisationLoss},
+    Law{"emcy-received", "frame-lost", kSoon, NamesSynchronisationLoss, Bus::kYes},
+    Law{"drive-fault", "frame-lost", kSoon, GivesNoReason, Bus::kYes},
+    Law{"al-refused", "sync-start-in-past", kLater, NamesSynchronisationByCode},
+    Law{"al-refused", "sync-cycle-mismatch", -1, NamesSynchronisationByCode},
+    Law{"al-refused", "sync-cycle-unsupported", -1, NamesSynchronisationByCode},
+    Law{"al-unexpected-change", "sync-switched-off", kLater, NamesSynchronisation},
+    Law{"al-unexpected-change", "sync-watchdog-margin", kSoon, NamesWatchdog},
+    Law{"al-unexpected-change", "sync-lost", kSoon, NamesSynchronisationOrWatchdog},
+    Law{"al-unexpected-change", "sync-window-violation", kLater, NamesSynchronisationByCode, Bus::kNo, Precedes},
+    Law{"al-unexpected-change", "sync-difference-large", kLater, NamesSynchronisationByCode, Bus::kNo, Precedes, true},
+    Law{"al-unexpected-change", "sync-drift-uncompensated", kLater, NamesSynchronisationByCode, Bus::kGoesOn, Precedes,
         true},
     Law{"al-unexpected-change", "sync-watchdog-margin", 0, nullptr, Bus::kEffect},
-    Law{"al-unexpected-change", "frame-lost", kSoon, SaysWatchdog, Bus::kYes},
+    Law{"al-unexpected-change", "frame-lost", kSoon, NamesWatchdog, Bus::kYes},
     Law{"al-unexpected-change", "frame-lost", kSoon, ShowsError, Bus::kBoth, LostInARow},
     Law{"frame-lost", "bus-no-answer", -1, nullptr, Bus::kBoth, WithinItsFrames},
-    Law{"wkc-mismatch", "pdo-length-mismatch", kSoon, OfProcessData, Bus::kNo, TellsOfOutputs},
+    Law{"wkc-mismatch", "pdo-length-mismatch", kSoon, OfProcessData, Bus::kNo, IsAboutOutputs},
     Law{"mailbox-counter", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
     Law{"mailbox-malformed", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
     Law{"mailbox-no-response", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
     Law{"sdo-unexpected-response", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
-    Law{"al-unexpected-change", "wkc-mismatch", -1, SaysSynchronisationOrWatchdog, Bus::kNo, WasAway},
+    Law{"al-unexpected-change", "wkc-mismatch", -1, NamesSynchronisationOrWatchdog, Bus::kNo, WasAway},
     Law{"al-error-standing", "bus-slave-count-changed", -1, nullptr, Bus::kYes},
     Law{"al-illegal-transition", "al-refused", kLater, nullptr, Bus::kNo, GoesOnFromRefusal},
-    Law{"mailbox-error-reply", "mailbox-malformed", kLater, SaysMalformed},
-    Law{"drive-fault", "al-unexpected-change", kSoon, SaysNothing},
+    Law{"mailbox-error-reply", "mailbox-malformed", kLater, NamesMalformedMessage},
+    Law{"drive-fault", "al-unexpected-change", kSoon, GivesNoReason},
     Law{"drive-illegal-state-change", "al-unexpected-change", kSoon, IsWarning},
     Law{"drive-illegal-state-change", "sync-watchdog-margin", kSoon, IsWarning},
     Law{"drive-illegal-state-change", "emcy-received", kSoon, IsWarning},
@@ -356,14 +356,14 @@ constexpr std::array kLaws{
     Law{"mailbox-no-response", "mailbox-counter", -1, nullptr, Bus::kNo, SameFrame, true},
     Law{"mailbox-no-response", "mailbox-not-active", -1, nullptr, Bus::kNo, SameFrame},
     Law{"foe-error", "mailbox-no-response", -1, nullptr, Bus::kNo, SameFrame},
-    Law{"emcy-received", "al-refused", kSoon, SaysTransitionFailed},
+    Law{"emcy-received", "al-refused", kSoon, NamesFailedTransition},
     Law{"pdo-assign-order", "pdo-assign-state", kLater, nullptr, Bus::kNo, SameObject},
     Law{"sm-process-config", "sdo-abort", kLater, nullptr, Bus::kNo, MappingRefused},
-    Law{"al-refused", "sdo-abort", kLater, SaysProcessData, Bus::kNo, MappingRefused},
-    Law{"al-refused", "fmmu-mismatch", -1, SaysExchange},
-    Law{"al-unexpected-change", "fmmu-mismatch", -1, SaysExchange},
-    Law{"al-refused", "sdo-abort", kLater, SaysSyncSettings, Bus::kNo, SyncSettingRefused},
-    Law{"al-refused", "sdo-abort", kLater, SaysModules, Bus::kNo, ModuleListRefused},
+    Law{"al-refused", "sdo-abort", kLater, NamesProcessData, Bus::kNo, MappingRefused},
+    Law{"al-refused", "fmmu-mismatch", -1, NamesExchange},
+    Law{"al-unexpected-change", "fmmu-mismatch", -1, NamesExchange},
+    Law{"al-refused", "sdo-abort", kLater, NamesSyncSettings, Bus::kNo, SyncSettingRefused},
+    Law{"al-refused", "sdo-abort", kLater, NamesModules, Bus::kNo, ModuleListRefused},
     Law{"pdo-assign-order", "sdo-abort", kLater, nullptr, Bus::kNo, CountRefused},
 };
 
@@ -378,7 +378,7 @@ bool IsWhose(Bus bus, const Finding& effect, const Finding& cause) {
   return cause.slave == (bus == Bus::kNo ? effect.slave : kNoSlave);  // kBoth: that of the bus
 }
 
-/// True when `index` is `from`, or one of the causes behind it.
+/// True when `index` is `from`, or one of the causes of that one.
 bool LeadsTo(const std::vector<Finding>& findings, FindingIndex from, FindingIndex index) {
   for (std::size_t steps = 0; from != kNoFinding && steps <= findings.size(); ++steps) {
     if (from == index) return true;

@@ -23,7 +23,7 @@
 namespace ecaudit {
 namespace {
 
-/// What the rules of a chapter are about, where they do not say it themselves.
+/// What the rules of a chapter are about, where they do not name it themselves.
 constexpr std::array<std::pair<std::string_view, Subject>, 10> kChapters{
     {{"Capture", Subject::kCapture},
      {"Frame and bus", Subject::kBus},
@@ -91,14 +91,14 @@ Presence OfProcessData(const SlaveSummary& slave, const RuleContext& context, co
   // Who was seen to be started had its FMMUs set before the eyes of the capture.
   const bool may_have_them =
       result.bus.cycle.cycles > 0 && slave.fmmus.empty() && !IsAsked(slave, model) && !IsBelowSafeop(slave);
-  // Process data that no slave is known to have are somebody's, whoever was seen to be started.
-  const bool nobodys = result.bus.cycle.cycles > 0 && slave.fmmus.empty() && MayExchange(slave, model) &&
-                       std::none_of(result.slaves.begin(), result.slaves.end(), Exchanges);
+  // Process data without a known owner belong to some slave, whichever was seen to be started.
+  const bool without_owner = result.bus.cycle.cycles > 0 && slave.fmmus.empty() && MayExchange(slave, model) &&
+                             std::none_of(result.slaves.begin(), result.slaves.end(), Exchanges);
   // Where packets are missing, those may have held the request for SAFEOP and the FMMUs: what its AL state was before
-  // says nothing of the process data behind them.
+  // shows nothing of the process data after them.
   const bool may_have_missed_them =
       slave.fmmus.empty() && MissesAny(context.pairing()) && (model.al.operated() || result.bus.cycle.cycles > 0);
-  if (may_have_them || nobodys || may_have_missed_them) {
+  if (may_have_them || without_owner || may_have_missed_them) {
     return Unseen(ReasonCode::kNotInCapture, what::kProcessDataOwner);
   }
   return Absent(NotApplicable::kNoProcessData);
@@ -171,7 +171,7 @@ Presence OfClock(const SlaveSummary& slave) {
   return used ? Presence{} : Absent(NotApplicable::kClockUnused);
 }
 
-/// Nothing tells which device it is.
+/// The capture does not show which device it is.
 bool FamilyUnseen(const model::SlaveModel& model) {
   return model.profile->id == "generic" && (!model.identity.vendor_id || !model.identity.product_code);
 }
@@ -193,8 +193,8 @@ Presence OfLatch(const SlaveSummary& slave, const RuleContext& context, const An
   return Absent(NotApplicable::kLatchUnused);
 }
 
-/// Requests that stay without answer are counted; of others nobody knows where the answers were. Where nothing that
-/// came back was captured, the rules judge what they can by the requests, and say that themselves.
+/// Requests without an answer are counted; for others it is unknown where the answers were. Where nothing that
+/// came back was captured, the rules evaluate what they can by the requests, and report that themselves.
 bool AnswersUnknown(const MailboxSummary& mailbox, const AnalysisResult& result) {
   return result.capture.direction != DirectionSeen::kOutbound && mailbox.requests > 0 && mailbox.responses == 0 &&
          mailbox.unanswered == 0;
@@ -266,7 +266,7 @@ bool MayBeUnseen(NotApplicable why) {
   }
 }
 
-/// True when packets are missing. Where another recording or master begins, it only looks like a hole.
+/// True when packets are missing. Where another recording or master begins, it only looks like a capture gap.
 bool MissesPacketsForCertain(const RuleContext& context) {
   std::uint64_t no_holes = 0;
   for (const Finding& finding : context.store.findings()) {
@@ -276,24 +276,24 @@ bool MissesPacketsForCertain(const RuleContext& context) {
   return context.pairing().missed_outbound + context.pairing().gaps > no_holes;
 }
 
-/// What was said of one rule and slave.
-struct Said {
+/// What was reported of one rule and slave.
+struct Reported {
   bool of_all = false;          ///< a line without a frame: it holds from the beginning to the end
   std::uint64_t occasions = 0;  ///< lines about moments
-  bool found = false;           ///< a finding: something was judged
+  bool found = false;           ///< a finding: something was evaluated
 };
 
-class Judge {
+class Evaluator {
  public:
-  Judge(RuleContext& context, const AnalysisResult& result) : context_(context), result_(result) {
+  Evaluator(RuleContext& context, const AnalysisResult& result) : context_(context), result_(result) {
     context.store.VisitNotEvaluable(
         [this](std::string_view rule, SlaveId slave, FrameNo first_frame, std::uint64_t occasions) {
-          Said& said = said_[{rule, slave}];
-          said.of_all = said.of_all || first_frame == 0;
-          if (first_frame != 0) said.occasions += occasions;
+          Reported& reported = reported_[{rule, slave}];
+          reported.of_all = reported.of_all || first_frame == 0;
+          if (first_frame != 0) reported.occasions += occasions;
         });
     for (const Finding& finding : context.store.findings()) {
-      said_[{finding.rule, finding.slave}].found = true;
+      reported_[{finding.rule, finding.slave}].found = true;
     }
     misses_packets_ = MissesPacketsForCertain(context);
   }
@@ -323,7 +323,7 @@ class Judge {
     const PipelineStatistics& read = context_.statistics();
     if (read.cut_frames > 0) AddMissing(rule, ReasonCode::kSnapLength, read.first_cut.number, out);
     if (misses_packets_) AddMissing(rule, ReasonCode::kMissesPackets, context_.pairing().first_gap.number, out);
-    // What a rule says of it itself is more.
+    // What a rule itself reports counts more.
     const bool no_answers = result_.capture.direction == DirectionSeen::kOutbound;
     if (no_answers && out.coverage == Coverage::kJudged && !Get(rule, out.slave).found)
       AddMissing(rule, ReasonCode::kNoReturnedFrames, read.first.number, out);
@@ -354,11 +354,11 @@ class Judge {
     SlaveCoverage out;
     if (Excluded(rule, subject, out)) return out;
     // A line about one slave only is one about a part of the bus.
-    Said said;
-    for (auto at = said_.lower_bound({rule.id, 0}); at != said_.end() && at->first.first == rule.id; ++at) {
-      said.of_all = said.of_all || (at->second.of_all && at->first.second == kNoSlave);
-      said.occasions += at->second.occasions + (at->second.of_all && at->first.second != kNoSlave ? 1 : 0);
-      said.found = said.found || at->second.found;
+    Reported reported;
+    for (auto at = reported_.lower_bound({rule.id, 0}); at != reported_.end() && at->first.first == rule.id; ++at) {
+      reported.of_all = reported.of_all || (at->second.of_all && at->first.second == kNoSlave);
+      reported.occasions += at->second.occasions + (at->second.of_all && at->first.second != kNoSlave ? 1 : 0);
+      reported.found = reported.found || at->second.found;
     }
     Presence presence;
     const bool of_slaves = subject != Subject::kCapture && subject != Subject::kBus;
@@ -367,7 +367,7 @@ class Judge {
     } else if (of_slaves) {
       presence = Unseen(Reason::Of(ReasonCode::kNoSlave));
     }
-    Decide(rule, said, presence, out);
+    Decide(rule, reported, presence, out);
     return out;
   }
 
@@ -375,34 +375,34 @@ class Judge {
     SlaveCoverage out;
     out.slave = slave.id;
     if (Excluded(rule, subject, out)) return out;
-    Said said = Get(rule, slave.id);
-    const Said bus = Get(rule, kNoSlave);
-    said.of_all = said.of_all || bus.of_all;
-    said.occasions += bus.occasions;
+    Reported reported = Get(rule, slave.id);
+    const Reported bus = Get(rule, kNoSlave);
+    reported.of_all = reported.of_all || bus.of_all;
+    reported.occasions += bus.occasions;
     const model::SlaveModel& model = context_.slave(slave.id);
-    // None of its requests could be judged.
-    if (subject == Subject::kAlRequest && said.occasions > 0 && said.occasions >= model.al.requests()) {
-      said.of_all = true;
+    // None of its requests could be evaluated.
+    if (subject == Subject::kAlRequest && reported.occasions > 0 && reported.occasions >= model.al.requests()) {
+      reported.of_all = true;
     }
     Presence presence = PresenceOf(subject, slave, context_, result_);
     const bool present = presence.absent == NotApplicable::kApplies && !presence.unseen;
     if (present && rule.of_family && FamilyUnseen(model)) presence = Unseen(Reason::Of(ReasonCode::kFamilyUnknown));
-    Decide(rule, said, presence, out);
+    Decide(rule, reported, presence, out);
     return out;
   }
 
-  [[nodiscard]] Said Get(const RuleInfo& rule, SlaveId slave) const {
-    const auto found = said_.find({rule.id, slave});
-    return found == said_.end() ? Said{} : found->second;
+  [[nodiscard]] Reported Get(const RuleInfo& rule, SlaveId slave) const {
+    const auto found = reported_.find({rule.id, slave});
+    return found == reported_.end() ? Reported{} : found->second;
   }
 
-  void Decide(const RuleInfo& rule, const Said& said, const Presence& presence, SlaveCoverage& out) {
+  void Decide(const RuleInfo& rule, const Reported& reported, const Presence& presence, SlaveCoverage& out) {
     const bool nothing_to_see = presence.unseen || presence.absent != NotApplicable::kApplies;
-    if (said.found) {
-      out.coverage = said.of_all || said.occasions > 0 ? Coverage::kPartly : Coverage::kJudged;
-    } else if (said.of_all || (said.occasions > 0 && nothing_to_see)) {
+    if (reported.found) {
+      out.coverage = reported.of_all || reported.occasions > 0 ? Coverage::kPartly : Coverage::kJudged;
+    } else if (reported.of_all || (reported.occasions > 0 && nothing_to_see)) {
       out.coverage = Coverage::kNotJudged;
-    } else if (said.occasions > 0) {
+    } else if (reported.occasions > 0) {
       out.coverage = Coverage::kPartly;
     } else if (presence.absent != NotApplicable::kApplies) {
       out.coverage = Coverage::kNotApplicable;
@@ -417,7 +417,7 @@ class Judge {
 
   RuleContext& context_;
   const AnalysisResult& result_;
-  std::map<std::pair<std::string_view, SlaveId>, Said> said_;
+  std::map<std::pair<std::string_view, SlaveId>, Reported> reported_;
   bool misses_packets_ = false;
 };
 
@@ -425,22 +425,22 @@ class Judge {
 
 std::vector<RuleCoverage> CoverageOf(RuleContext& context, const AnalysisResult& result) {
   std::vector<RuleCoverage> out;
-  Judge judge(context, result);
-  for (const RuleInfo* rule : RuleCatalogue()) out.push_back(judge.Of(*rule));
+  Evaluator evaluator(context, result);
+  for (const RuleInfo* rule : RuleCatalogue()) out.push_back(evaluator.Of(*rule));
   return out;
 }
 
 namespace {
 
-/// True for a drive, as far as seen, and for what may be one: it gave inputs that nobody can read, and speaks CoE.
+/// True for a drive, as far as seen, and for what may be one: it gave inputs of an unknown layout, and supports CoE.
 bool MayBeDrive(const SlaveSummary& slave, const RuleContext& context) {
   if (OfDrive(slave, context.slave(slave.id)).absent == NotApplicable::kApplies) return true;
   return Speaks(slave.mailbox, "CoE") && slave.tx_pdo.exchanged > 0 &&
          slave.tx_pdo.source == PdoSummary::Source::kUnknown;
 }
 
-/// True for a drive in OP whose process data a hole has hidden to the end, while the master goes on to exchange some.
-/// That its AL state is known says nothing of them: a drive that stands in Fault stays in OP.
+/// True for a drive in OP whose process data are hidden after a capture gap, while the master still exchanges some.
+/// That its AL state is known shows nothing of them: a drive that stands in Fault stays in OP.
 bool DriveOutOfSight(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   // FMMUs that were set are listed, active or not: there are none where they are forgotten, or were never seen.
   return InState(slave, esc::AlState::OP) && slave.fmmus.empty() && result.bus.cycle.cycles > 0 &&

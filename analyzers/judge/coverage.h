@@ -1,4 +1,4 @@
-/// How far each rule could be judged, derived in one place: from what the rules themselves said they could not judge,
+/// How far each rule could be evaluated, derived in one place: from what the rules themselves report as not evaluable,
 /// and from what the capture shows of the slaves.
 #pragma once
 
@@ -12,11 +12,11 @@
 namespace ecaudit {
 
 /// For all rules of the catalogue. To be called when all rules have finished, before lines are folded.
-/// Where a rule was not judged and said nothing (the capture shows nothing that it could have looked at), the line that
-/// says so is added to the store.
+/// Where a rule was not evaluated and reported nothing (the capture shows nothing that it evaluates), the line that
+/// reports this is added to the store.
 [[nodiscard]] std::vector<RuleCoverage> CoverageOf(RuleContext& context, const AnalysisResult& result);
 
-/// Why neither the AL state of the slave nor, in OP, its process data could be judged; empty when one of them was.
+/// Why neither the AL state of the slave nor, in OP, its process data could be evaluated; empty when one of them was.
 [[nodiscard]] std::optional<Reason> WhyNotEvaluated(const SlaveSummary& slave, const RuleContext& context,
                                                     const AnalysisResult& result);
 

@@ -9,14 +9,14 @@
 namespace ecaudit {
 
 struct CrowdedLists {
-  /// Settings of sync managers and FMMUs, all slaves together: any capture may have so many, and one more for so many
+  /// Settings of sync managers and FMMUs, all slaves together: any capture may have this number, and one more for each
   /// bytes of frames. Where each slave is set up by frames of its own, these are many times as long.
   static constexpr std::uint64_t kUnits = 2'000;
   static constexpr std::uint64_t kBytesAUnit = 160;
   /// Writes to the distributed clock, likewise.
   static constexpr std::uint64_t kDcSteps = 1'000;
   static constexpr std::uint64_t kBytesADcStep = 200;
-  /// Clocks of which nothing is known but what all slaves were told at once, likewise.
+  /// Clocks of which only broadcasts to all slaves are known, likewise.
   static constexpr std::uint64_t kDcByBroadcast = 100;
   static constexpr std::uint64_t kBytesADc = 1'000;
 
@@ -25,7 +25,7 @@ struct CrowdedLists {
   std::uint64_t dc_left_out = 0;
 };
 
-/// Once everything is judged: judgement looks at what the slaves were set up with.
+/// Call it when everything is evaluated: the evaluation uses the settings of the slaves.
 CrowdedLists LeaveOutCrowdedLists(const Pipeline& pipeline, AnalysisResult& result);
 
 }  // namespace ecaudit

@@ -19,7 +19,7 @@ struct DeferredFinding {
 
 class DeferredFindings {
  public:
-  /// Older ones are reported: a loss is detected long before so many further findings.
+  /// Older ones are reported: a loss is detected long before this many further findings.
   static constexpr std::size_t kMax = 64;
 
   void Add(DeferredFinding deferred) { held_.push_back(std::move(deferred)); }

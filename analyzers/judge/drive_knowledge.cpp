@@ -15,7 +15,7 @@ std::optional<Reason> DriveWordsMissing(const model::SlaveModel& slave, bool nee
   const bool control_missing =
       needs_control && slave.drives.Any([](const model::DriveUnit& unit) { return !unit.control_seen(); });
   if (seen && !status_missing && !control_missing) return {};
-  // A family that says when the control word acts is a drive; the standard's table stands in for any slave.
+  // A family that states when the control word acts is a drive; the standard's table serves for any slave.
   const bool is_drive = !slave.profile->drive->control_word_in.empty() || seen;
   if (!is_drive) {
     if (slave.identity.vendor_id || slave.process.rx().known() || slave.process.tx().known()) return {};

@@ -1,4 +1,4 @@
-/// Whether the drive rules can judge a slave, and which of its axes their findings are about.
+/// Whether the drive rules can evaluate a slave, and which of its axes their findings are about.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace ecaudit {
 [[nodiscard]] constexpr std::uint64_t AxisKey(std::uint8_t axis) {
   return std::uint64_t{axis} << 56U;
 }
-/// Says which axis the finding is about, where it is not the first one; once all the rest is written.
+/// Sets the axis that the finding is about, if it is not the first one; call it after all the rest is set.
 void NameAxis(Finding& finding, std::uint8_t axis);
 
 }  // namespace ecaudit

@@ -103,7 +103,7 @@ void FindingStore::AddNotEvaluable(const RuleInfo& rule, SlaveId slave, const Re
   Group* group = &GroupOf(rule.id, reason);
   auto place = find(*group, slave);
   bool listed = place != group->places.end() && place->slave == slave;
-  // Beyond the limit one entry for each rule stands for the rest: what is not listed must not look judged.
+  // Beyond the limit one entry for each rule stands for the rest: what is not listed must not look evaluated.
   if (!listed && lines_ >= kMaxNotEvaluable) {
     slave = kNoSlave;
     group = &GroupOf(rule.id, MoreThanListed());
@@ -213,7 +213,7 @@ void FindingStore::FoldNotEvaluable(std::size_t slaves) {
   CutListed();
 }
 
-/// Reasons without end, each for one slave: what is not listed must not look judged, so its rule still has a line.
+/// Reasons without end, each for one slave: what is not listed must not look evaluated, so its rule still has a line.
 void FindingStore::CutListed() {
   std::vector<NotEvaluable>& lines = *folded_;
   if (lines.size() <= kMaxListed) return;

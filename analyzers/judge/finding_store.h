@@ -63,7 +63,7 @@ class FindingStore {
   /// What holds for each of the `slaves` of the bus (two or more) for the same reason becomes one entry for the bus.
   /// Nothing is added afterwards.
   void FoldNotEvaluable(std::size_t slaves);
-  /// `slave` turned out to be `successor`: what was found of it is its successor's, what was not judged of it is told
+  /// `slave` turned out to be `successor`: what was found of it is its successor's, what was not evaluated is listed
   /// of that one.
   void Replace(SlaveId slave, SlaveId successor);
   /// In the order in which they were added.

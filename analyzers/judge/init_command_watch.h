@@ -16,7 +16,7 @@
 
 namespace ecaudit {
 
-/// Judges only slaves of which the capture shows how they reached PREOP: what came before is not in it.
+/// Evaluates only slaves of which the capture shows how they reached PREOP: what came before is not in it.
 class InitCommandWatch {
  public:
   void On(const mailbox::SdoTransfer& transfer) {
@@ -70,7 +70,7 @@ class InitCommandWatch {
   [[nodiscard]] static std::uint32_t Key(std::uint16_t index, std::uint8_t subindex, bool complete_access) {
     return static_cast<std::uint32_t>(index) << 8U | subindex | (complete_access ? 1U << 24U : 0U);
   }
-  /// The transitions that a slave has behind it, or is in, when it refuses the request.
+  /// The transitions that a slave has completed, or is in, when it refuses the request.
   [[nodiscard]] static std::vector<std::string_view> DueBefore(const model::AlRequestRecord& request) {
     const auto from = static_cast<esc::AlState>(request.from);
     const auto to = static_cast<esc::AlState>(request.control.state());

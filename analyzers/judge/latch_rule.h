@@ -28,7 +28,7 @@ class LatchRule : public Rule {
  protected:
   /// The finding of the first occasion.
   [[nodiscard]] virtual Finding Describe(const model::LatchMisuse& misuse) const = 0;
-  /// What tells one finding from another; the others are repetitions.
+  /// What distinguishes two findings; all others are repetitions.
   [[nodiscard]] virtual std::uint64_t KeyOf(const model::LatchMisuse& misuse) const {
     return misuse.edge == nullptr ? 0 : misuse.edge->enable;
   }

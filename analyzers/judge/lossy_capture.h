@@ -19,7 +19,7 @@
 namespace ecaudit {
 
 /// From about one packet in sixty on. With fewer, both copies of one frame are hardly ever missing. A recorder leaves
-/// out as many of one direction as of the other: so many of the frames that seem to be lost are counted, too.
+/// out as many of one direction as of the other: as many of the frames that seem to be lost are counted, too.
 [[nodiscard]] inline bool MissesPackets(const bus::PairingStatistics& pairing) {
   const std::uint64_t missed = pairing.missed_outbound + pairing.gaps;
   const std::uint64_t seemingly_lost = std::min(pairing.lost, pairing.missed_outbound);
@@ -47,8 +47,8 @@ inline constexpr std::uint64_t kHoleCycles = 64;
   return status_word && (*status_word & 0x6FU) == 0x27U;
 }
 
-/// True while a pause is judged whose `cycles` passed without process data for a drive that stayed enabled. Shorter
-/// ones only where nobody sent anything, and the indices of the frames do not tell that none are missing.
+/// True while a pause is evaluated whose `cycles` passed without process data for a drive that stayed enabled. Shorter
+/// ones only where no master sent anything, and the indices of the frames do not show that none are missing.
 [[nodiscard]] inline bool IsHole(const sync::OutputWatch& outputs, std::uint64_t cycles) {
   return (cycles >= kHoleCycles || outputs.may_be_hole) && OperationEnabled(outputs.last_status_word) &&
          OperationEnabled(outputs.status_word);

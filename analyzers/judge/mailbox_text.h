@@ -33,7 +33,7 @@ void SetRequest(Arguments& arguments, const mailbox::RequestSummary& request);
 /// Sets {object} with the family's name for it, {index}, {subindex} and {complete_access}, where the object is known.
 void SetObject(Finding& finding, const mailbox::SdoTransfer& transfer, const device::DeviceDescription& family);
 [[nodiscard]] Confidence ConfidenceOf(Certainty certainty);
-/// Tells requests apart by protocol and object, to fold repetitions.
+/// Distinguishes requests by protocol and object, to fold repetitions.
 [[nodiscard]] std::uint64_t RequestKey(const mailbox::RequestSummary& request);
 /// How long the master waited for the answer: from the request to its last poll that found nothing, or to the end of
 /// the wait if the answer may have been lost on its way. Absent without time stamps, or if the master never polled.

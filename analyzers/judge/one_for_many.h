@@ -1,4 +1,4 @@
-/// in: the findings of all rules.  out: what befell many slaves at once is one finding of the bus.
+/// in: the findings of all rules.  out: what affects many slaves at once is one finding of the bus.
 ///
 /// One pause of the process data is one fault of the master, however many slaves lose their outputs by it. Where so
 /// many slaves have the same finding that single lines would hide the cause, the first one speaks for all.
@@ -13,7 +13,7 @@
 
 namespace ecaudit {
 
-/// So many slaves are told together.
+/// From this number on, slaves are reported together.
 inline constexpr std::size_t kManySlaves = 8;
 
 /// Joins findings of one rule, severity and title (whatever its figures are) that many slaves have, once each, at about

@@ -18,23 +18,21 @@ constexpr std::uint64_t kFewOfOtherBus = 8;
 
 }  // namespace
 
-void TellLimits(const FindingStore& store, const Pipeline& pipeline, const CrowdedLists& lists,
-                AnalysisResult& result) {
-  const auto tell = [&result](std::string what, std::uint64_t limit, std::uint64_t left_out) {
+void AddLimits(const FindingStore& store, const Pipeline& pipeline, const CrowdedLists& lists, AnalysisResult& result) {
+  const auto add = [&result](std::string what, std::uint64_t limit, std::uint64_t left_out) {
     if (left_out > 0) result.limits.push_back({std::move(what), limit, left_out});
   };
   const std::uint64_t slaves = pipeline.network().slaves().left_out();
   const FrameRef& overworked = pipeline.statistics().overworked;
-  tell(
-      "slaves told of broadcasts and of process data that they share, and one for each byte of the frames; the packets "
-      "behind #" +
+  add("slaves updated with broadcasts and shared process data, and one for each byte of the frames; the packets "
+      "after #" +
           std::to_string(overworked.number) + " are not read",
       track::SlaveWork::kAtOnce, overworked.seen() ? 1 : 0);
-  tell("slaves that are modelled", bus::SlaveSet::kMaxSlaves, slaves);
-  tell("findings of one severity that are listed one by one", FindingStore::kMaxFindings, store.findings_left_out());
-  tell("findings of one rule, slave and severity that are listed one by one", FindingStore::kMaxPerRuleAndSlave,
-       store.counted_on_slave());
-  tell("lines about what could not be judged", FindingStore::kMaxListed, store.lines_left_out());
+  add("slaves that are modelled", bus::SlaveSet::kMaxSlaves, slaves);
+  add("findings of one severity that are listed one by one", FindingStore::kMaxFindings, store.findings_left_out());
+  add("findings of one rule, slave and severity that are listed one by one", FindingStore::kMaxPerRuleAndSlave,
+      store.counted_on_slave());
+  add("lines about what could not be evaluated", FindingStore::kMaxListed, store.lines_left_out());
   std::uint64_t steps = result.bus.startup.steps_left_out;
   std::uint64_t al = 0;
   std::uint64_t drive = 0;
@@ -44,20 +42,20 @@ void TellLimits(const FindingStore& store, const Pipeline& pipeline, const Crowd
     if (slave.drive) drive += slave.drive->history_left_out;
     for (const DriveSummary& axis : slave.further_axes) drive += axis.history_left_out;
   }
-  tell("steps of a start-up that are kept", startup::StartupRecorder::kMaxSteps, steps);
-  tell("steps of an AL history that are kept", AlHistory::kMaxSteps, al);
-  tell("steps of a drive history that are kept", DriveHistory::kMaxSteps, drive);
-  tell("settings of sync managers and FMMUs, and one for each " + std::to_string(CrowdedLists::kBytesAUnit) +
-           " bytes of the frames",
-       CrowdedLists::kUnits, lists.units_left_out);
-  tell("writes to distributed clocks, and one for each " + std::to_string(CrowdedLists::kBytesADcStep) +
-           " bytes of the frames",
-       CrowdedLists::kDcSteps, lists.dc_steps_left_out);
-  tell("distributed clocks that only broadcasts tell of, and one for each " + std::to_string(CrowdedLists::kBytesADc) +
-           " bytes of the frames",
-       CrowdedLists::kDcByBroadcast, lists.dc_left_out);
+  add("steps of a start-up that are kept", startup::StartupRecorder::kMaxSteps, steps);
+  add("steps of an AL history that are kept", AlHistory::kMaxSteps, al);
+  add("steps of a drive history that are kept", DriveHistory::kMaxSteps, drive);
+  add("settings of sync managers and FMMUs, and one for each " + std::to_string(CrowdedLists::kBytesAUnit) +
+          " bytes of the frames",
+      CrowdedLists::kUnits, lists.units_left_out);
+  add("writes to distributed clocks, and one for each " + std::to_string(CrowdedLists::kBytesADcStep) +
+          " bytes of the frames",
+      CrowdedLists::kDcSteps, lists.dc_steps_left_out);
+  add("distributed clocks that only broadcasts show, and one for each " + std::to_string(CrowdedLists::kBytesADc) +
+          " bytes of the frames",
+      CrowdedLists::kDcByBroadcast, lists.dc_left_out);
   const CaptureSummary& capture = result.capture;
-  tell("bytes of interface names that are kept", capture::CaptureInfo::kNameBytes, capture.file.name_bytes_left_out);
+  add("bytes of interface names that are kept", capture::CaptureInfo::kNameBytes, capture.file.name_bytes_left_out);
   if (capture.unusable > 0 && capture.unusable * 2 >= capture.may_be_ethercat) {
     result.cut = Grouped(capture.unusable) + " of " + Grouped(capture.may_be_ethercat) +
                  " packets that may have been EtherCAT could not be used";

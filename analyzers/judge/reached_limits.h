@@ -1,4 +1,4 @@
-/// Which stores of the analysis were full: what they left out has to be said.
+/// Which stores of the analysis were full: what they left out has to be reported.
 #pragma once
 
 #include "analyzers/judge/crowded_lists.h"
@@ -9,6 +9,6 @@
 namespace ecaudit {
 
 /// Fills AnalysisResult::limits and ::cut. The other parts of `result` are there already.
-void TellLimits(const FindingStore& store, const Pipeline& pipeline, const CrowdedLists& lists, AnalysisResult& result);
+void AddLimits(const FindingStore& store, const Pipeline& pipeline, const CrowdedLists& lists, AnalysisResult& result);
 
 }  // namespace ecaudit

@@ -32,14 +32,14 @@ class Rule {
   virtual ~Rule() = default;
 
   [[nodiscard]] const RuleInfo& info() const { return info_; }
-  /// From here on it hears what it wants to hear.
+  /// From here on it receives the events that it subscribed to.
   void Attach(RuleContext& context, EventBus& bus);
-  /// The capture has ended: judge what only the whole shows, and link consequences to causes.
+  /// The capture has ended: evaluate what only the whole shows, and link consequences to causes.
   virtual void Finish() {}
 
  protected:
   /// In the constructor: `Subscribe<model::AlAnswered>(&AlRefused::On);`, the event named where the handler is
-  /// overloaded. Rules hear what happened before the models learn from it, unless another stage is given.
+  /// overloaded. Rules receive what happened before the models learn from it, unless another stage is given.
   template <class Event, class T>
   void Subscribe(void (T::*handler)(const Event&), Stage stage = Stage::kBeforeModel) {
     subscriptions_.push_back(EventBus::Subscription::Of(stage, static_cast<T&>(*this), handler));
@@ -60,13 +60,13 @@ class Rule {
     NotEvaluable(slave, Reason::Of(code, what), frame);
   }
 
-  // For Finish(): where a rule could not be judged in the whole capture.
+  // For Finish(): where a rule could not be evaluated in the whole capture.
 
-  /// True, and said, when nothing that the slaves answered is in the capture.
+  /// True, and reported, if no answer of the slaves is in the capture.
   bool NotEvaluableWithoutReturns();
-  /// True, and said, when no frame on its way to the slaves is in the capture.
+  /// True, and reported, if no frame on its way to the slaves is in the capture.
   bool NotEvaluableWithoutSent();
-  /// Says `reason` for each slave that `applies(const model::SlaveModel&)` to.
+  /// Reports `reason` for each slave that `applies(const model::SlaveModel&)` to.
   template <class Applies>
   void NotEvaluableWhere(Applies applies, const Reason& reason) {
     ForEachSlave([&](SlaveId id, const model::SlaveModel& slave) {
@@ -85,7 +85,7 @@ class Rule {
       }
     });
   }
-  /// For rules about answers to AL requests: says where AL Status was never read after one.
+  /// For rules about answers to AL requests: reports where AL Status was never read after one.
   void NotEvaluableWhereRequestsAreNotFollowed();
 
  private:

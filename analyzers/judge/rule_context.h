@@ -64,10 +64,10 @@ class RuleContext {
 
   /// Names the finding that explains why the slave cannot do what the request in this frame asks for.
   void ExplainRequest(SlaveId slave, FrameNo request, FindingIndex finding);
-  /// What ExplainRequest() named for it last; kNoFinding when nothing did. Of rules that may explain one request, the one
-  /// with the nearer cause declares the others in RuleInfo::after.
+  /// What ExplainRequest() named for it last; kNoFinding when nothing did. Of rules that may explain one request, the
+  /// one with the nearer cause declares the others in RuleInfo::after.
   [[nodiscard]] FindingIndex ExplanationOf(SlaveId slave, FrameNo request) const;
-  /// Names the finding that says what is wrong with the PDO mapping of one direction; kNoFinding: nothing any more.
+  /// Names the finding about what is wrong with the PDO mapping of one direction; kNoFinding: nothing any more.
   void BlameMapping(SlaveId slave, device::PdoDirection direction, FindingIndex finding);
   /// What BlameMapping() named last; kNoFinding when nothing did.
   [[nodiscard]] FindingIndex MappingFault(SlaveId slave, device::PdoDirection direction) const;

@@ -96,7 +96,7 @@ inline constexpr NoteKind kOutboundOnly{
     .text = "The capture has only outbound frames. The finding assumes that the slave accepted them."};
 inline constexpr NoteKind kSetByBroadcast{
     .name = "set-by-broadcast",
-    .text = "A broadcast wrote the settings. The finding assumes that the slave accepted them."};
+    .text = "A broadcast cleared the settings. The finding assumes that this slave accepted it."};
 inline constexpr const NoteKind* kNotes[] = {&kOutboundOnly, &kSetByBroadcast};
 
 }  // namespace sync_manager_fault

@@ -44,7 +44,7 @@ StateSet StatesBetween(std::uint8_t from, std::uint8_t to) {
 constexpr std::array<std::uint8_t, 5> kStates{kInit, kPreop, kBoot, kSafeop, kOp};
 constexpr std::uint16_t kErrorBit = 0x10;
 /// An acknowledged error that stays this long is a new answer: slave stacks give up a state change after 200 ms unless
-/// told otherwise (esc-reference 5.7). Without time stamps reads are counted instead.
+/// shown otherwise (esc-reference 5.7). Without time stamps reads are counted instead.
 constexpr std::int64_t kAcknowledgeNs = 200'000'000;
 constexpr std::uint64_t kAcknowledgeReads = 200;
 /// Masters that wait for a state look for it more often.
@@ -60,7 +60,7 @@ bool AlMachine::LegalFrom(std::uint8_t from, std::uint8_t target) const {
   return family_->AllowsAl(static_cast<esc::AlState>(from), static_cast<esc::AlState>(target));
 }
 
-AlRequestRecord AlMachine::Judge(const track::AlRequest& request) const {
+AlRequestRecord AlMachine::Assess(const track::AlRequest& request) const {
   AlRequestRecord record;
   record.control = request.control;
   record.frame = record.last = request.frame();
@@ -90,7 +90,7 @@ AlRequestRecord AlMachine::Judge(const track::AlRequest& request) const {
   for (const std::uint8_t from : kStates) {
     if (possible.contains(from) && LegalFrom(from, target)) record.verdict = AlVerdict::kLegal;
   }
-  // Behind a pause that may be a hole in the capture nobody knows what the slave was asked for in it.
+  // After a pause that may be a capture gap, it is unknown which state was requested in it.
   if (record.verdict == AlVerdict::kIllegal && paused_) record.verdict = AlVerdict::kUnknown;
   return record;
 }
@@ -171,7 +171,7 @@ void AlMachine::OnRequest(const track::AlRequest& request) {
   ++requests_;
   control_ = request.control;
   control_since_ = number;
-  const AlRequestRecord record = Judge(request);
+  const AlRequestRecord record = Assess(request);
   AlRequestJudged event;
   event.slave = slave_;
   event.request = record;
@@ -194,7 +194,7 @@ void AlMachine::Open(const AlRequestRecord& record) {
     ++open_->repetitions;
   } else {
     if (open_) {
-      TellGivenUp(record);
+      ReportGivenUp(record);
       if (earlier_.size() == kMaxEarlier) earlier_.erase(earlier_.begin());
       earlier_.push_back(*open_);
     }
@@ -222,7 +222,7 @@ void AlMachine::Open(const AlRequestRecord& record) {
   }
 }
 
-void AlMachine::TellGivenUp(const AlRequestRecord& next) const {
+void AlMachine::ReportGivenUp(const AlRequestRecord& next) const {
   const bool legal = open_->verdict == AlVerdict::kLegal || open_->verdict == AlVerdict::kUnknown;
   if (!legal || overdue_reported_ || read_state_ == 0 || polls_ < kGivenUpPolls) return;
   if (Height(next.control.state()) >= Height(open_->control.state())) return;
@@ -234,7 +234,7 @@ void AlMachine::TellGivenUp(const AlRequestRecord& next) const {
   sink_.Publish(AlGivenUp{slave_, *open_, last_poll_, next.frame, read_state_, waited, polls_});
 }
 
-/// True when no request was under way when that read was sent: one sent behind it says nothing of what the read shows.
+/// True when no request was in flight when that read was sent: a later request does not affect what the read shows.
 bool AlMachine::NonePendingFor(const track::AlStatusRead& read) const {
   return std::none_of(pending_.begin(), pending_.end(),
                       [&](const Pending& p) { return p.sent.number <= read.asked(); });
@@ -258,7 +258,7 @@ bool AlMachine::Explains(const track::AlStatusRead& read) const {
 void AlMachine::LearnEmulation(const track::AlStatusRead& read) {
   if (own_status_ || emulation_.value_or(false)) return;
   if (read.status.bit4() && read.status_code.value_or(0) != 0) own_status_ = true;
-  // Only a read that was sent after the slave took its last request tells something, and only if none is under way.
+  // Only a read that was sent after the slave took its last request is evidence, and only if none is in flight.
   if (!control_ || !NonePendingFor(read) || read.asked() <= control_since_) return;
   const bool same_state = read.status.state() == control_->state();
   if (read.status.bit4() && !(same_state && control_->bit4())) own_status_ = true;
@@ -357,7 +357,7 @@ void AlMachine::OnNoState(const track::AlStatusRead& read) {
 }
 
 /// Nothing is waited for, nothing is left to learn: a master polls thousands of times a second, and all of these reads
-/// say the same.
+/// show the same.
 bool AlMachine::IsQuiet(std::uint8_t state) const {
   return SettledIn(static_cast<esc::AlState>(state)) && earlier_.empty() && !error_code_ && !error_reported_ &&
          !acknowledged_ && !echo_ && (own_status_ || emulation_.value_or(false) || !control_ || !control_->bit4());
@@ -476,7 +476,7 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
   error_code_ = read.status_code;
   error_reported_ = before_known && NonePendingFor(read);
   if (!error_reported_) {
-    TellStanding(read, certain);
+    ReportStanding(read, certain);
     return;
   }
   began_ = true;
@@ -495,7 +495,7 @@ bool AlMachine::FellBefore(const track::AlStatusRead& read) const {
          Height(open_->control.state()) < Height(read_state_);
 }
 
-void AlMachine::TellStanding(const track::AlStatusRead& read, bool certain) {
+void AlMachine::ReportStanding(const track::AlStatusRead& read, bool certain) {
   const Standing now = certain ? Standing::kYes : Standing::kMaybe;
   if (began_ || standing_ >= now) return;
   standing_ = now;
@@ -547,7 +547,7 @@ void AlMachine::CheckOverdue(const track::AlStatusRead& read) {
   if (overdue_reported_ || !read.frame.has_time || !waiting_since_.has_time) return;
   const std::uint8_t target = open_->control.state();
   const std::int64_t limit = timeouts_.To(target, Height(target) < Height(read.status.state()));
-  // Nobody looked: the capture has a hole there, or the clock was set.
+  // The master did not read it: the capture has a gap there, or the clock was set.
   if (before.has_time && read.frame.time - before.time > (paused_ ? kLongPauseNs : kClockSetNs)) {
     waiting_since_ = read.frame;
   }

@@ -40,7 +40,7 @@ class UnaskedRises {
     if (first_ == 0) first_ = frame;
     ++count_;
   }
-  /// The frame that proves it for a fall to `state`; 0: none. The request of one rise may lie before the capture: it
+  /// The frame that proves it for a drop to `state`; 0: none. The request of one rise may lie before the capture: it
   /// does not explain a slave in INIT, which may have been switched off.
   [[nodiscard]] FrameNo Proof(std::uint8_t state) const {
     const bool init = (state & static_cast<std::uint8_t>(esc::AlState::INIT)) != 0;
@@ -57,7 +57,7 @@ class AlMachine {
   /// @param sink receives the conclusions; must outlive the machine
   AlMachine(SlaveId slave, EventSink& sink) : slave_(slave), sink_(sink) {}
 
-  /// The family's table to judge by; may change when the identity becomes known. Never null.
+  /// The family's table to evaluate by; may change when the identity becomes known. Never null.
   void SetFamily(const device::DeviceDescription& family) { family_ = &family; }
   void SetTimeouts(const AlTimeouts& timeouts) { timeouts_ = timeouts; }
   /// Register 0x0141 bit 0: such a slave echoes the acknowledge bit as error bit (esc-reference 5.3).
@@ -66,11 +66,11 @@ class AlMachine {
     quiet_ = false;
   }
 
-  /// A request leaves the master; whether the slave takes it, OnRequest() tells later.
+  /// A request leaves the master; OnRequest() shows later whether the slave accepts it.
   void OnRequestSent(const FrameRef& frame, esc::AlWord control);
   void OnRequest(const track::AlRequest& request);
   void OnStatus(const track::AlStatusRead& read);
-  /// Nothing is waited for, and this read says what the last one said: only Repeat() is due.
+  /// Nothing is waited for, and this read shows what the last one reported: only Repeat() is due.
   [[nodiscard]] bool Repeats(const track::AlStatusRead& read) const {
     return quiet_ && read.status.state() == read_state_ && !read.status.bit4() && read.error_bit_known;
   }
@@ -81,19 +81,13 @@ class AlMachine {
     if (requests_ > 0) ++reads_after_request_;
     last_seen_ = frame;
   }
-  /// Repeat() was not called so often.
-  void OnSkipped(std::uint64_t count) {
-    polls_ += count;
-    status_reads_ += count;
-    if (requests_ > 0) reads_after_request_ += count;
-  }
   void OnStatusCode(const track::AlStatusCodeRead& read);
-  /// The master was silent, or the capture has a hole: what the next read shows may have been asked for unseen.
+  /// The master was silent, or the capture has a gap: what the next read shows may have been asked for unseen.
   void OnPause() {
     quiet_ = false;
     paused_ = true;
   }
-  /// Another device stands there now: what the one before could do says nothing of it.
+  /// Another device is there now: what the one before could do does not apply to it.
   void OnOtherDevice() {
     emulation_.reset();
     own_status_ = false;
@@ -119,7 +113,7 @@ class AlMachine {
     return possible_ == StateSet::Of(static_cast<std::uint8_t>(state)) && error_ == Error::kNo && !open_ &&
            pending_.empty();
   }
-  /// What the capture shows of this slave, for rules that say where they could not judge.
+  /// What the capture shows of this slave, for rules that report where they could not evaluate.
   /// The request that the slave has neither followed nor refused so far, although AL Status was read; null: none.
   [[nodiscard]] const AlRequestRecord* waits_for() const {
     return open_ && !overdue_reported_ && polls_ > 0 ? &*open_ : nullptr;
@@ -140,7 +134,7 @@ class AlMachine {
   enum class Error : std::uint8_t { kUnknown, kNo, kYes };
 
   [[nodiscard]] bool LegalFrom(std::uint8_t from, std::uint8_t target) const;
-  AlRequestRecord Judge(const track::AlRequest& request) const;
+  AlRequestRecord Assess(const track::AlRequest& request) const;
   void Open(const AlRequestRecord& record);
   [[nodiscard]] bool Explains(const track::AlStatusRead& read) const;
   [[nodiscard]] bool NonePendingFor(const track::AlStatusRead& read) const;
@@ -162,9 +156,9 @@ class AlMachine {
   [[nodiscard]] esc::AlWord Before() const;
   void MayBeIn(std::uint8_t state);
   void OnError(const track::AlStatusRead& read);
-  void TellGivenUp(const AlRequestRecord& next) const;
+  void ReportGivenUp(const AlRequestRecord& next) const;
   [[nodiscard]] bool FellBefore(const track::AlStatusRead& read) const;
-  void TellStanding(const track::AlStatusRead& read, bool certain);
+  void ReportStanding(const track::AlStatusRead& read, bool certain);
   void OnNoError(const track::AlStatusRead& read);
   void CheckOverdue(const track::AlStatusRead& read);
   void ReportCode(const FrameRef& frame, std::uint16_t code);
@@ -188,7 +182,7 @@ class AlMachine {
   std::optional<std::uint16_t> error_code_;
   enum class Standing : std::uint8_t { kNo, kMaybe, kYes };
   Standing standing_ = Standing::kNo;  ///< the error bit was there when the slave was first read
-  bool began_ = false;                 ///< the slave was seen without error, or its error was told before
+  bool began_ = false;                 ///< the slave was seen without error, or its error was reported before
   FrameNo well_until_ = 0;             ///< last frame without error before it was lost from sight; 0: it was not
 
   std::optional<AlRequestRecord> open_;  ///< taken by the slave, not answered yet
@@ -197,7 +191,7 @@ class AlMachine {
   std::optional<esc::AlWord> control_;    ///< AL Control as the slave took it last
   FrameNo control_since_ = 0;
   std::uint64_t polls_ = 0;  ///< status reads since open_
-  FrameRef waiting_since_;   ///< open_, or the first read behind a pause in which the state may have been read unseen
+  FrameRef waiting_since_;   ///< open_, or the first read after a pause in which the state may have been read unseen
   FrameRef last_poll_;
   bool overdue_reported_ = false;
   bool acknowledged_ = false;  ///< an error that is or may be set was acknowledged, and not seen gone yet

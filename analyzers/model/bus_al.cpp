@@ -16,8 +16,8 @@ std::uint8_t BitsOf(esc::AlWord status) {
   return static_cast<std::uint8_t>(status.raw & (kStateBits | kAnyError));
 }
 
-/// A change is judged against what was shown so often; a single read may lie between a request before the capture and
-/// its answer.
+/// A change is compared with what was shown this number of times; a single read may lie between a request before the
+/// capture and its answer.
 constexpr std::uint64_t kEnoughPolls = 3;
 /// Slaves have answered a request by then.
 constexpr TimeNs kSettled = 10'000'000'000;
@@ -27,7 +27,7 @@ std::uint8_t Highest(std::uint8_t bits) {
   return std::bit_floor(static_cast<std::uint8_t>(bits & kStateBits));
 }
 
-/// Those bits of `now` that nobody who rose can have brought.
+/// Those bits of `now` that no slave that rose can have set.
 std::uint8_t Fallen(std::uint8_t before, std::uint8_t now) {
   const auto states = static_cast<std::uint8_t>(before & kStateBits);
   const auto lowest = static_cast<std::uint8_t>(states & -states);
@@ -41,12 +41,12 @@ std::uint8_t Fallen(std::uint8_t before, std::uint8_t now) {
 
 void BusAlUnit::OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame, bool of_all) {
   if (acceptance == track::Acceptance::kRefused) return;
-  TellRefusal();
+  ReportRefusal();
   Close();
   // What was asked for before, and all agree on, is over.
-  if (told_ && Settled()) requested_ = 0;
+  if (shown_ && Settled()) requested_ = 0;
   const std::uint16_t* count = network_.slave_count().if_known();
-  if (requested_ == 0 || (count != nullptr && NobodyHadError(*count, requested_at_.number))) acknowledging_ = false;
+  if (requested_ == 0 || (count != nullptr && NoSlaveHadError(*count, requested_at_.number))) acknowledging_ = false;
   // What all took is what all copy.
   acknowledging_ = control.bit4() || (acknowledging_ && !(of_all && acceptance == track::Acceptance::kAccepted));
   control_ = control;
@@ -69,49 +69,49 @@ void BusAlUnit::Await(SlaveId slave, std::uint8_t state) {
   asked_[slave] = state;
 }
 
-/// It is where it was to go, or says that it does not go there.
+/// It is where it was to go, or shows that it does not go there.
 void BusAlUnit::NoteAnswer(const track::AlStatusRead& read) {
   if (read.slave >= asked_.size() || asked_[read.slave] == 0) return;
   if (read.status.state() == asked_[read.slave] || (read.status.bit4() && read.error_bit_known)) Await(read.slave, 0);
 }
 
 /// All slaves need not agree on a state, one may be left in INIT: each has shown by itself what it was asked for. Who
-/// shows nothing by itself was asked for INIT only, which nobody refuses, and somebody who is none of the others is in
-/// INIT.
+/// shows nothing by itself was asked for INIT only, which no slave refuses, and a slave that is none of the others is
+/// in INIT.
 bool BusAlUnit::AllFollowed() const {
-  if (!told_ || waits_ > 0 || told_->last.number <= requested_at_.number) return false;
-  const bool all_met = network_.slaves().size() >= told_->slaves;
+  if (!shown_ || waits_ > 0 || shown_->last.number <= requested_at_.number) return false;
+  const bool all_met = network_.slaves().size() >= shown_->slaves;
   if (all_met && waits_for_init_ == 0) return true;
   if (!all_met && asked_of_all_ != 0 && asked_of_all_ != kInInit) return false;
-  return (told_->status.state() & ~ShownBySlaves()) == kInInit;
+  return (shown_->status.state() & ~ShownBySlaves()) == kInInit;
 }
 
 std::optional<BusAlUnit::Common> BusAlUnit::common() const {
   const std::uint16_t* count = network_.slave_count().if_known();
-  if (!told_ || requested_ != 0 || count == nullptr || told_->slaves != *count) return std::nullopt;
+  if (!shown_ || requested_ != 0 || count == nullptr || shown_->slaves != *count) return std::nullopt;
   const auto of = [](esc::AlWord status, const FrameRef& frame) -> std::optional<Common> {
     const auto state = static_cast<std::uint8_t>(status.raw & kStateBits);
     if (!std::has_single_bit(state)) return std::nullopt;
     return Common{frame, state, status.bit4()};
   };
-  // Somebody left it since, and which slave it was nobody has shown yet.
-  return open_ ? of(open_->before, before_open_) : of(told_->status, told_->last);
+  // A slave left it since, and no read has shown yet which one.
+  return open_ ? of(open_->before, before_open_) : of(shown_->status, shown_->last);
 }
 
 /// All agree on what was requested, or have had time for it.
 bool BusAlUnit::Settled() const {
   if (requested_ == 0 || AllFollowed()) return true;
   // An error bit beside may be the echo of an acknowledge.
-  const auto states = static_cast<std::uint8_t>(told_->status.raw & kStateBits);
+  const auto states = static_cast<std::uint8_t>(shown_->status.raw & kStateBits);
   if (std::has_single_bit(states) && (states & requested_) != 0) return true;
-  const FrameRef& since = requested_at_.number > told_->first.number ? requested_at_ : told_->first;
-  return since.has_time && told_->last.has_time && Elapsed(since.time, told_->last.time) > kSettled;
+  const FrameRef& since = requested_at_.number > shown_->first.number ? requested_at_ : shown_->first;
+  return since.has_time && shown_->last.has_time && Elapsed(since.time, shown_->last.time) > kSettled;
 }
 
-/// The lowest of all rose, or one rose above all, and nobody was asked for anything since they agreed on a state.
+/// The lowest of all rose, or one rose above all, and no state was requested since they agreed on a state.
 void BusAlUnit::NoteRise(const track::AlStatusOfAll& read) {
   const auto states = [](esc::AlWord status) { return static_cast<std::uint8_t>(status.raw & kStateBits); };
-  const std::uint8_t before = states(told_->status);
+  const std::uint8_t before = states(shown_->status);
   const std::uint8_t now = states(read.status);
   if (before == 0 || now == 0) return;
   const bool asked = requested_ != 0 && !(std::has_single_bit(before) && before == requested_);
@@ -124,14 +124,14 @@ void BusAlUnit::NoteRise(const track::AlStatusOfAll& read) {
 void BusAlUnit::Change(const track::AlStatusOfAll& read) {
   const std::uint8_t now = BitsOf(read.status);
   std::uint8_t fallen = 0;
-  if (told_ && told_->slaves == read.slaves) {
+  if (shown_ && shown_->slaves == read.slaves) {
     NoteRise(read);
     if (Settled()) requested_ = 0;
-    fallen = Fallen(BitsOf(told_->status), now);
+    fallen = Fallen(BitsOf(shown_->status), now);
     // A slave that is asked for a state may refuse it.
     if (requested_ != 0) fallen = static_cast<std::uint8_t>(fallen & ~(requested_ | kAnyError));
     fallen = static_cast<std::uint8_t>(fallen & ~ShownBySlaves());
-    if (told_->polls < kEnoughPolls && !open_) fallen = 0;
+    if (shown_->polls < kEnoughPolls && !open_) fallen = 0;
   } else {
     Close();
   }
@@ -140,7 +140,7 @@ void BusAlUnit::Change(const track::AlStatusOfAll& read) {
     open_->status = esc::AlWord{static_cast<std::uint16_t>(open_->status.raw | now)};
     if ((now & unexplained_) == 0) Close();
   }
-  told_ = Told{esc::AlWord{now}, read.frame, read.frame, 1, read.slaves};
+  shown_ = Shown{esc::AlWord{now}, read.frame, read.frame, 1, read.slaves};
 }
 
 void BusAlUnit::Open(const track::AlStatusOfAll& read, std::uint8_t fallen) {
@@ -148,15 +148,15 @@ void BusAlUnit::Open(const track::AlStatusOfAll& read, std::uint8_t fallen) {
   if (open_) return;
   open_.emplace();
   open_->frame = read.frame;
-  open_->before = told_->status;
-  open_->before_since = told_->last.number;
-  before_open_ = told_->last;
+  open_->before = shown_->status;
+  open_->before_since = shown_->last.number;
+  before_open_ = shown_->last;
   open_->slaves = read.slaves;
   open_->after_pause = paused_;
   excluded_.clear();
 }
 
-/// A slave that shows it by itself is told of by itself; one that shows nothing of it can be excluded.
+/// A slave that shows it by itself is reported by itself; one that shows nothing of it can be excluded.
 void BusAlUnit::Compare(const track::AlStatusRead& read) {
   const std::uint8_t shown = BitsOf(read.status);
   if ((shown & unexplained_) != 0) {
@@ -176,14 +176,14 @@ void BusAlUnit::Close() {
   event.unexplained = esc::AlWord{unexplained_};
   event.rose_unasked = unasked_.Proof(event.unexplained.state());
   unexplained_ = 0;
-  event.last = told_->last.number > event.frame.number ? told_->last : event.frame;
+  event.last = shown_->last.number > event.frame.number ? shown_->last : event.frame;
   event.excluded = excluded_;
   events_.Publish(event);
 }
 
-/// By what the last broadcast showed, else by what each slave showed; looked at behind that frame.
-bool BusAlUnit::NobodyHadError(std::uint16_t slaves, FrameNo since) const {
-  if (told_) return told_->slaves == slaves && !told_->status.bit4() && told_->last.number >= since;
+/// By what the last broadcast showed, else by what each slave showed; read after that frame.
+bool BusAlUnit::NoSlaveHadError(std::uint16_t slaves, FrameNo since) const {
+  if (shown_) return shown_->slaves == slaves && !shown_->status.bit4() && shown_->last.number >= since;
   if (network_.slaves().size() != slaves) return false;
   for (std::size_t s = 0; s < network_.slaves().size(); ++s) {
     const Known<esc::AlWord>& status = network_.state(static_cast<SlaveId>(s)).al_status;
@@ -194,13 +194,13 @@ bool BusAlUnit::NobodyHadError(std::uint16_t slaves, FrameNo since) const {
 
 /// Since the request all were in that state: who shows an error now has followed it before.
 bool BusAlUnit::Agreed() const {
-  if (!told_ || told_->last.number <= requested_at_.number) return false;
-  return (told_->status.raw & kStateBits) == control_.state();
+  if (!shown_ || shown_->last.number <= requested_at_.number) return false;
+  return (shown_->status.raw & kStateBits) == control_.state();
 }
 
-/// Some slave showed an error by itself since a broadcast showed none: it is told of by itself, refusal or not.
+/// Some slave showed an error by itself since a broadcast showed none: it is reported by itself, refusal or not.
 bool BusAlUnit::SomeoneShowsError() const {
-  const FrameNo since = told_ ? told_->last.number : 0;
+  const FrameNo since = shown_ ? shown_->last.number : 0;
   for (std::size_t s = 0; s < network_.slaves().size(); ++s) {
     const Known<esc::AlWord>& status = network_.state(static_cast<SlaveId>(s)).al_status;
     if (status.if_known() != nullptr && status.if_known()->bit4() && status.since() > since) return true;
@@ -211,7 +211,7 @@ bool BusAlUnit::SomeoneShowsError() const {
 void BusAlUnit::NoteRefusal(const track::AlStatusOfAll& read) {
   if (acknowledging_ || !read.status.bit4()) return;
   if (!refused_) {
-    if ((told_ && told_->status.bit4()) || !NobodyHadError(read.slaves, 0)) return;
+    if ((shown_ && shown_->status.bit4()) || !NoSlaveHadError(read.slaves, 0)) return;
     if (Agreed() || SomeoneShowsError()) return;
     refused_ = BusAlRefused{read.frame, read.frame, requested_at_, control_, read.status, read.slaves, 0};
   }
@@ -220,15 +220,15 @@ void BusAlUnit::NoteRefusal(const track::AlStatusOfAll& read) {
   ++refused_->reads;
 }
 
-void BusAlUnit::TellRefusal() {
+void BusAlUnit::ReportRefusal() {
   if (refused_ && refused_->reads >= kEnoughPolls) events_.Publish(*refused_);
   refused_.reset();
 }
 
 void BusAlUnit::Forget() {
-  TellRefusal();
+  ReportRefusal();
   Close();
-  told_.reset();
+  shown_.reset();
   requested_ = asked_of_all_ = 0;
   asked_.clear();
   waits_ = waits_for_init_ = 0;

@@ -1,7 +1,7 @@
-/// in: broadcast reads of AL Status that everybody counted for, and what single slaves show.  out: BusAlChanged.
+/// in: broadcast reads of AL Status that all slaves counted for, and what single slaves show.  out: BusAlChanged.
 ///
-/// Such a read is the OR of all slaves: which of them is in which state it does not tell, but what nobody was in
-/// before, and nobody was asked for, some slave went to by itself. As soon as a slave shows that by itself, the change
+/// Such a read is the OR of all slaves: it does not show which of them is in which state, but what no slave was in
+/// before, and no request was for, some slave went to by itself. As soon as a slave shows that by itself, the change
 /// is its own.
 ///
 /// keeps: the last such read, what was requested since all agreed, and one change that no slave has owned up to.
@@ -21,8 +21,8 @@ namespace ecaudit::model {
 
 class BusAlUnit {
  public:
-  /// What all slaves say together.
-  struct Told {
+  /// What all slaves show together.
+  struct Shown {
     esc::AlWord status;  ///< OR of all, bits 0 to 4
     FrameRef first, last;
     std::uint64_t polls = 0;
@@ -33,13 +33,13 @@ class BusAlUnit {
   BusAlUnit(const track::Network& network, const EventSink& events) : network_(network), events_(events) {}
 
   /// As the last read showed it; unset when there was none.
-  [[nodiscard]] const std::optional<Told>& told() const { return told_; }
+  [[nodiscard]] const std::optional<Shown>& shown() const { return shown_; }
 
-  /// A state that everybody was in, also slaves that were not met yet, with no request since.
+  /// A state that all slaves were in, also those not met yet, with no request since.
   struct Common {
     FrameRef frame;  ///< the last known to show it
     std::uint8_t state = 0;
-    bool error_of_some = false;  ///< whose error bit it shows, if anybody's, is not known
+    bool error_of_some = false;  ///< it is not known which slave has the error bit, if any
   };
   [[nodiscard]] std::optional<Common> common() const;
 
@@ -47,41 +47,36 @@ class BusAlUnit {
   [[nodiscard]] bool refused() const { return refused_.has_value(); }
 
   void On(const track::AlStatusOfAll& read) {
-    const bool same = told_ && told_->status.raw == read.status.raw && told_->slaves == read.slaves;
+    const bool same = shown_ && shown_->status.raw == read.status.raw && shown_->slaves == read.slaves;
     if (!same && requested_ != 0 && AllFollowed()) requested_ = 0;
     if (requested_ != 0 || refused_) NoteRefusal(read);
     if (same) {
-      told_->last = read.frame;
-      ++told_->polls;
+      shown_->last = read.frame;
+      ++shown_->polls;
     } else {
       Change(read);
     }
     paused_ = false;
   }
-  /// So many reads showed what the next one shows.
-  void OnSkipped(std::uint64_t count) {
-    if (told_) told_->polls += count;
-    if (refused_) refused_->reads += count;
-  }
   void On(const track::AlStatusRead& read) {
     if (waits_ + waits_for_init_ > 0) NoteAnswer(read);
     if (open_) Compare(read);
-    if (read.status.bit4() && read.error_bit_known) refused_.reset();  // that slave is told of by itself
+    if (read.status.bit4() && read.error_bit_known) refused_.reset();  // that slave is reported by itself
   }
   /// A state is asked for.  @param of_all of all slaves, by a broadcast; else of one that they hide
   void OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame, bool of_all);
   /// One slave is asked for a state, by itself or with all others.
   void OnAsked(SlaveId slave, esc::AlWord control, track::Acceptance acceptance);
-  /// Nobody sent anything for long, and the capture may have a hole there.
+  /// No master sent anything for long, and the capture may have a gap there.
   void OnPause() {
-    TellRefusal();
+    ReportRefusal();
     Close();
     paused_ = true;
   }
-  /// What happened in a hole, or between two runs, nobody knows.
+  /// What happened in a capture gap, or between two runs, is unknown.
   void Forget();
   void Finish() {
-    TellRefusal();
+    ReportRefusal();
     Close();
   }
 
@@ -89,23 +84,23 @@ class BusAlUnit {
   void Change(const track::AlStatusOfAll& read);
   void Open(const track::AlStatusOfAll& read, std::uint8_t fallen);
   void NoteRefusal(const track::AlStatusOfAll& read);
-  [[nodiscard]] bool NobodyHadError(std::uint16_t slaves, FrameNo since) const;
+  [[nodiscard]] bool NoSlaveHadError(std::uint16_t slaves, FrameNo since) const;
   [[nodiscard]] bool Agreed() const;
   [[nodiscard]] bool SomeoneShowsError() const;
-  void TellRefusal();
+  void ReportRefusal();
   void Await(SlaveId slave, std::uint8_t state);
   void NoteAnswer(const track::AlStatusRead& read);
   [[nodiscard]] bool AllFollowed() const;
   [[nodiscard]] bool Settled() const;
   void NoteRise(const track::AlStatusOfAll& read);
   void Compare(const track::AlStatusRead& read);
-  /// The open change is told, for nobody owned up to it.
+  /// The open change is reported, because no slave showed it by itself.
   void Close();
   [[nodiscard]] std::uint8_t ShownBySlaves() const;
 
   const track::Network& network_;
   const EventSink& events_;
-  std::optional<Told> told_;
+  std::optional<Shown> shown_;
   std::uint8_t requested_ = 0;  // states asked for since all agreed on one of them
   FrameRef requested_at_;
   esc::AlWord control_;              // of the last request

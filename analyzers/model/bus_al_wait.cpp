@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint8_t kStatesOfAll = 0x0F;
 /// Looks at the least: who looks once or twice does not wait.
 constexpr std::uint64_t kLeastPolls = 3;
-/// Nobody looked, or the clock was set: the wait counts from the next look on.
+/// No status was read, or the clock was set: the wait counts from the next read on.
 constexpr TimeNs kNobodyLooked = 3'000'000'000;
 
 }  // namespace
@@ -31,7 +31,7 @@ void BusAlWait::OnRequest(esc::AlWord control, track::Acceptance acceptance, con
     wait_->late.request = frame;
     wait_->looked = frame;
   }
-  // A request that is repeated does not start the clock anew.
+  // A request that is repeated does not start the clock again.
   const bool again = of_all_ || std::find(asked_.begin(), asked_.end(), slave) != asked_.end();
   if (!again && !wait_->is_late) wait_->late.request = frame;
   wait_->late.control = control;

@@ -1,8 +1,8 @@
-/// in: requests of AL states, broadcast reads of AL Status that everybody counted for, what single slaves show.
+/// in: requests of AL states, broadcast reads of AL Status that all slaves counted for, what single slaves show.
 /// out: BusAlOverdue.
 ///
-/// Where only broadcasts are read, the state asked for is late when not all show it although all were asked, or nobody
-/// does; and where the master gives up waiting. A slave that shows it by itself is told of by itself.
+/// Where only broadcasts are read, the state asked for is late when not all show it although all were asked, or no
+/// slave does; and where the master gives up waiting. A slave that shows it by itself is reported by itself.
 ///
 /// keeps: the state that was asked for last, of whom, and how long the broadcasts have not shown it.
 #pragma once
@@ -38,9 +38,9 @@ class BusAlWait {
   [[nodiscard]] FrameRef waits_since() const {
     return wait_ && !wait_->is_late && wait_->late.polls >= kGivenUpPolls ? wait_->late.request : FrameRef{};
   }
-  /// Some slave refused: that is what has to be told.
+  /// Some slave refused: that is what has to be reported.
   void Refused() { wait_.reset(); }
-  /// What happened in a hole, or between two runs, nobody knows.
+  /// What happened in a capture gap, or between two runs, is unknown.
   void Forget() { Close(); }
   void Finish() {
     unfinished_ = waits_since();
@@ -59,7 +59,7 @@ class BusAlWait {
   [[nodiscard]] bool Concerns(SlaveId slave) const;
   [[nodiscard]] bool AllAsked(std::uint16_t slaves) const { return of_all_ || asked_.size() == slaves; }
   [[nodiscard]] std::int64_t LimitTo(std::uint8_t target, std::uint8_t from) const;
-  /// What is late is told.
+  /// What is late is reported.
   void Close();
 
   const EventSink& events_;
@@ -67,7 +67,7 @@ class BusAlWait {
   std::optional<Wait> wait_;
   FrameRef unfinished_;
   bool of_all_ = false;
-  bool read_singly_ = false;    // one that was asked: it is told by itself
+  bool read_singly_ = false;    // a slave that was asked: it is reported by itself
   std::vector<SlaveId> asked_;  // by themselves, for what is waited for
 };
 

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <utility>
 
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
 #include "decoder/esc/sii.h"
-#include "decoder/track/datagram_pair.h"
 
 namespace ecaudit::model {
 namespace {
@@ -49,12 +47,8 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
                track::AlRequestSent, track::AlRequest, track::AlRequestOfAll, track::AlStatusRead, track::AlPoll,
                track::AlStatusOfAll, track::AlStatusCodeRead, track::RunBegan, track::AlStateForgotten,
                track::CaptureGap, track::LogicalAccess, track::FrameLost, track::SlaveAccess, track::EepromRead,
-               track::EepromWrite, mailbox::SdoTransfer, mailbox::SdoUnexpected, mailbox::SdoInfo, mailbox::Emergency,
-               track::CycleAtRest, track::CyclesSkipped>(Stage::kModel, *this);
-}
-
-const LogicalExpectation& BusModel::Expect(const track::LogicalAccess& access) const {
-  return expectations_.Find(network_, access.command, access.address, access.length);
+               track::EepromWrite, mailbox::SdoTransfer, mailbox::SdoUnexpected, mailbox::SdoInfo, mailbox::Emergency>(
+      Stage::kModel, *this);
 }
 
 void BusModel::On(const track::SlaveFound& event) {
@@ -68,7 +62,7 @@ void BusModel::On(const track::SlaveFound& event) {
   signalled_.OnSlave(event.slave);
   ChooseProfile(event.slave);
   // In a capture that begins in the run broadcasts may have shown it before it is met. Where a broadcast asked for a
-  // state, AlRequest of the slave follows, and what was shown behind that.
+  // state, AlRequest of the slave follows, and what was shown after that.
   if (const auto common = al_.common(); common && !asked_of_all_) {
     const esc::AlWord status{common->state};
     slaves_.back().al.OnStatus(
@@ -106,7 +100,6 @@ void BusModel::On(const track::IdentityLearned& event) {
 
 void BusModel::ChooseProfile(SlaveId id) {
   SlaveModel& slave = slaves_[id];
-  slave.Stir();
   choice_.Choose(network_.slaves()[id], seen_identities_[id], slave);
   slave.al.SetFamily(*slave.profile);
   slave.al.SetTimeouts(TimeoutsOf(slave));
@@ -137,7 +130,6 @@ AlTimeouts BusModel::TimeoutsOf(const SlaveModel& slave) const {
 
 void BusModel::On(const track::AlRequest& event) {
   ++states_version_;
-  slaves_[event.slave].Stir();
   slaves_[event.slave].mailbox.Forget();
   if (!HasProcessData(event.control.state())) slaves_[event.slave].ForgetLatches();
   if (event.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) DoubtSettings(event.slave);
@@ -146,14 +138,14 @@ void BusModel::On(const track::AlRequest& event) {
   }
   AlMachine& al = slaves_[event.slave].al;
   al.OnRequest(event);
-  if (event.frame().number < network_.last_gap()) al.OnPause();  // it is met behind a silence since then
+  if (event.frame().number < network_.last_gap()) al.OnPause();  // it is met after a silence since then
   // Who is met after a broadcast request was in the state that a broadcast read showed of all since then.
-  const auto& told = al_.told();
+  const auto& shown = al_.shown();
   const std::uint16_t* count = network_.slave_count().if_known();
-  if (event.broadcast && al.status_reads() == 0 && told && told->last.number >= event.frame().number &&
-      count != nullptr && *count == told->slaves && esc::IsAlState(static_cast<std::uint8_t>(told->status.raw))) {
-    al.OnStatus({event.slave, told->last, told->status, std::nullopt, std::nullopt, true});
-    if (told->last.number < network_.last_gap()) al.OnPause();
+  if (event.broadcast && al.status_reads() == 0 && shown && shown->last.number >= event.frame().number &&
+      count != nullptr && *count == shown->slaves && esc::IsAlState(static_cast<std::uint8_t>(shown->status.raw))) {
+    al.OnStatus({event.slave, shown->last, shown->status, std::nullopt, std::nullopt, true});
+    if (shown->last.number < network_.last_gap()) al.OnPause();
   }
   if (!event.broadcast) al_.OnRequest(event.control, event.acceptance, event.frame(), false);
   al_.OnAsked(event.slave, event.control, event.acceptance);
@@ -169,12 +161,10 @@ void BusModel::On(const track::AlStatusRead& event) {
   al_.On(event);
   al_wait_.On(event);
   if (event.changed()) {
-    slaves_[event.slave].Stir();
     slaves_[event.slave].mailbox.Forget();
     if (!HasProcessData(event.status.state())) slaves_[event.slave].ForgetLatches();
   }
   AlMachine& al = slaves_[event.slave].al;
-  if (!al.Repeats(event)) slaves_[event.slave].Stir();
   const bool settled = al.SettledIn(esc::AlState::OP);
   al.OnStatus(event);
   if (al.SettledIn(esc::AlState::OP) != settled) ++states_version_;
@@ -186,22 +176,19 @@ void BusModel::On(const track::AlPoll& poll) {
   }
   for (const SlaveId id : poll.slaves) by_id_[id]->al.Repeat(poll.frame.number);
   poll.taken = true;
-  poll_taken_ = poll.frame.number;
 }
 void BusModel::On(const track::AlStatusCodeRead& event) {
-  slaves_[event.slave].Stir();
   slaves_[event.slave].al.OnStatusCode(event);
 }
 void BusModel::On(const track::AlStateForgotten& event) {
   ++states_version_;
-  slaves_[event.slave].Stir();
   slaves_[event.slave].al.Forget(event.frame);
   if (!event.may_be_set_up_anew) return;
   slaves_[event.slave].set_up.Forget();
   DoubtLayouts(event.slave);
 }
 
-/// Whatever was said in the frames that are missing.
+/// Whatever was reported in the frames that are missing.
 void BusModel::On(const track::CaptureGap& event) {
   if (event.certain) {
     al_.Forget();
@@ -213,7 +200,6 @@ void BusModel::On(const track::CaptureGap& event) {
     SlaveModel& slave = slaves_[id];
     slave.al.OnPause();
     if (!event.certain) continue;
-    slave.Stir();
     slave.mailbox.Forget();
     slave.set_up.Forget();
     slave.ForgetLatches();
@@ -224,7 +210,6 @@ void BusModel::On(const track::CaptureGap& event) {
 
 void BusModel::On(const track::LogicalAccess& access) {
   if (!image_.Read(access, Expect(access), *this)) events_.Publish(ProcessDataUnplaced{access});
-  if (image_.TakeReplaced()) events_.Publish(SlaveStirred{});
   access.told += image_.TakeWork() + expectations_.TakeWork();
 }
 
@@ -259,78 +244,12 @@ void BusModel::On(const ProcessCycle& cycle) {
     if (cycle.command == wire::Command::LRW) ++traffic.since.missed_by_lrw;
     traffic.since.last_missed = cycle.frame().number;
   }
-  StillCycle& still = cycle.part.still;
-  if (still.Repeats(slave.generation, cycle.exchange, cycle.data)) {
-    if (still.latch == Still::kCounts) slave.latch.Repeat(cycle);
-    if (still.probe == Still::kCounts) slave.touch_probe.Repeat(cycle);
-    if (still.drive == Still::kCounts) slave.drives.Repeat(cycle, still.axes);
-    return;
-  }
-  still.Clear();
-  still.latch = slave.latch.OnCycle(cycle, still);
-  still.probe = slave.touch_probe.OnCycle(cycle, still);
-  still.drive = slave.drives.OnCycle(cycle, still);
-  if (still.latch == Still::kNo || still.probe == Still::kNo || still.drive == Still::kNo) {
-    slave.Stir();  // what changed here may matter to the slave's other data
-  } else {
-    still.Settle(slave.generation, cycle.exchange);
-  }
-  events_.Publish(SlaveStirred{cycle.part.slave});
+  slave.latch.OnCycle(cycle);
+  slave.touch_probe.OnCycle(cycle);
+  slave.drives.OnCycle(cycle);
 }
 
-void BusModel::On(const track::CycleAtRest& asked) {
-  const auto matters = [&](std::size_t i) {
-    const track::DatagramPair d(asked.transaction, i);
-    if (wire::IsLogical(d.command())) {
-      const track::LogicalAccess access = track::Network::LogicalAccessOf(d);
-      const LogicalExpectation& expected = Expect(access);
-      const CounterRange range = RangeFor(expected, access.command);
-      if (!expected.complete || access.wkc != range.least || access.wkc != range.most) return true;
-      return !image_.Watch(access, expected, asked, i);
-    }
-    // States that nobody waits for.
-    return d.command() == wire::Command::BRD &&
-           (poll_taken_ != d.transaction.returned_ref().number || al_wait_.waits());
-  };
-  for (std::size_t i = 0; i < asked.datagrams.size() && !asked.each_wanted; ++i) asked.each_wanted = matters(i);
-}
-
-void BusModel::On(const track::CyclesSkipped& skipped) {
-  const std::uint64_t count = skipped.count;
-  for (std::size_t i = 0; i < skipped.last.size(); ++i) {
-    const track::DatagramPair d(skipped.last, i);
-    if (d.command() == wire::Command::BRD) {
-      al_.OnSkipped(count);
-      // With several states or some error bit it told of no slave.
-      const esc::AlWord status{d.any.data()[0]};
-      const bool of_each = std::has_single_bit(status.state()) && !status.bit4();
-      for (std::size_t s = 0; of_each && s < slaves_.size(); ++s) {
-        if (network_.OnBus(static_cast<SlaveId>(s))) by_id_[s]->al.OnSkipped(count);
-      }
-    }
-    if (!wire::IsLogical(d.command())) continue;
-    const track::LogicalAccess access = track::Network::LogicalAccessOf(d);
-    image_.ForEachPart(access, Expect(access), [&](const ImagePart& part, Exchange exchange) {
-      SlaveModel& slave = *by_id_[part.slave];
-      const bool outputs = part.direction == device::PdoDirection::kRx;
-      ProcessTraffic& traffic = outputs ? slave.outputs : slave.inputs;
-      if (exchange == Exchange::kYes || exchange == Exchange::kInferred) {
-        traffic.exchanged += count;
-        traffic.since.exchanged += count;
-      } else if (exchange == Exchange::kNo) {
-        traffic.missed += count;
-        traffic.since.missed += count;
-        if (access.command == wire::Command::LRW) traffic.since.missed_by_lrw += count;
-        traffic.since.last_missed = access.frame().number;
-      }
-      if (part.still.latch == Still::kCounts) slave.latch.OnSkipped(outputs, count);
-      if (part.still.probe == Still::kCounts) slave.touch_probe.OnSkipped(outputs, count);
-      if (part.still.drive == Still::kCounts) slave.drives.OnSkipped(part.still.axes, count);
-    });
-  }
-}
-
-/// Mid-run captures of nothing but process data: the ENI says whose they are, and the working counter that they are.
+/// Mid-run captures of nothing but process data: the ENI states whose they are, and the working counter that they are.
 void BusModel::Presume(const ProcessCycle& cycle) {
   const device::EniSlave* eni = cycle.part.model->eni;
   if (cycle.exchange != Exchange::kInferred || eni == nullptr) return;
@@ -346,7 +265,6 @@ void BusModel::On(const track::SlaveAccess& access) {
   signalled_.OnAccess(access);
   const ByteSpan configuration = access.Covered(access.read, esc::kEscConfiguration, 1);
   if (!configuration.empty() && !access.broadcast) {
-    slaves_[access.slave].Stir();
     slaves_[access.slave].al.SetDeviceEmulation((configuration[0] & 1U) != 0);
   }
 }
@@ -393,7 +311,7 @@ void BusModel::TakeModel(SlaveId id) {
   LearnModel(id, contents.VendorText(esc::kSiiVendorCategory), read);
 }
 
-/// Object 1018h tells what the EEPROM did not.
+/// Object 1018h shows what the EEPROM did not.
 void BusModel::LearnIdentity(const mailbox::SdoTransfer& transfer) {
   if (transfer.service != mailbox::SdoService::kUpload || transfer.outcome != mailbox::SdoOutcome::kCompleted ||
       transfer.data_gap || transfer.size_mismatch) {
@@ -428,7 +346,7 @@ void BusModel::LearnIdentity(const mailbox::SdoTransfer& transfer) {
   ChooseProfile(transfer.slave);
 }
 
-/// Whether the slave wrote what it was told the capture does not show: the object holds the old value or the new one.
+/// The capture does not show whether the slave wrote the value: the object holds the old value or the new one.
 void BusModel::ForgetObject(SlaveId id, std::uint16_t index, std::uint8_t subindex, bool whole) {
   SlaveModel& slave = slaves_[id];
   slave.objects.Forget(index, subindex);
@@ -440,13 +358,12 @@ void BusModel::ForgetObject(SlaveId id, std::uint16_t index, std::uint8_t subind
 void BusModel::On(const mailbox::SdoUnexpected& answer) {
   constexpr std::uint8_t kDownloaded = 0x60;
   if (!answer.has_object || answer.abort || answer.command != kDownloaded) return;
-  slaves_[answer.slave].Stir();
   ForgetObject(answer.slave, answer.index, answer.subindex, false);
 }
 
 void BusModel::On(const track::RunBegan& event) {
   al_.Forget();
-  // Who initialises the bus anew waits for nothing any more.
+  // A master that initialises the bus again waits for nothing any more.
   if (event.reason == track::RunBegan::Reason::kInitialised) al_wait_.GiveUp(event.frame);
   al_wait_.Forget();
   for (std::size_t id = 0; id < slaves_.size(); ++id) DoubtSettings(static_cast<SlaveId>(id));
@@ -461,7 +378,6 @@ void BusModel::DoubtSettings(SlaveId id) {
 /// What was assigned and mapped may be another by now.
 void BusModel::DoubtLayouts(SlaveId id) {
   SlaveModel& slave = slaves_[id];
-  slave.Stir();
   slave.process.OnRunBegan();
   image_.OnLayoutChanged(id);
 }
@@ -470,10 +386,9 @@ void BusModel::On(const mailbox::SdoTransfer& transfer) {
   if (transfer.has_object && transfer.index == kIdentityObject) LearnIdentity(transfer);
   if (transfer.has_object && transfer.index == kDeviceName && !transfer.complete_access) LearnName(transfer);
   SlaveModel& slave = slaves_[transfer.slave];
-  slave.Stir();
   slave.objects.Apply(transfer);
   slave.modules.Apply(transfer);
-  // Once the list is behind: a description for each of its entries would be kept for nothing.
+  // When the list is complete: a description for each of its entries would be kept for nothing.
   if (transfer.has_object && !SlotModules::IsList(transfer.index)) TakeModules(transfer.slave);
   if (slave.process.Apply(transfer)) {
     image_.OnLayoutChanged(transfer.slave);
@@ -498,7 +413,6 @@ void BusModel::On(const mailbox::SdoInfo& info) {
 }
 
 void BusModel::On(const mailbox::Emergency& emergency) {
-  slaves_[emergency.slave].Stir();
   slaves_[emergency.slave].drives.OnEmergency(emergency);
 }
 
@@ -507,7 +421,6 @@ void BusModel::On(const track::AlRequestSent& request) {
   if (request.slave >= slaves_.size()) return;
   TakeModel(request.slave);
   TakeModules(request.slave);
-  slaves_[request.slave].Stir();
   slaves_[request.slave].al.OnRequestSent(request.frame, request.control);
 }
 

@@ -36,7 +36,13 @@ class BusModel final : private ProcessSink {
   [[nodiscard]] const BusAlUnit& al() const { return al_; }
   [[nodiscard]] const BusAlWait& al_wait() const { return al_wait_; }
   /// What the working counter of this logical access must be.
-  [[nodiscard]] const LogicalExpectation& Expect(const track::LogicalAccess& access) const;
+  [[nodiscard]] const LogicalExpectation& Expect(const track::LogicalAccess& access) const {
+    return Expect(access.command, access.address, access.length);
+  }
+  [[nodiscard]] const LogicalExpectation& Expect(wire::Command command, std::uint32_t address,
+                                                 std::uint16_t length) const {
+    return expectations_.Find(network_, command, address, length);
+  }
 
   /// The least and most it can be with the slaves in the states they may be in.
   /// @param expectation as Expect() gave it, for the same command
@@ -54,7 +60,7 @@ class BusModel final : private ProcessSink {
   void On(const track::EventFieldChanged& event) { signalled_.OnField(event); }
   void On(const track::AlRequest& event);
   void On(const track::AlStatusRead& event);
-  /// Takes it, unless somebody wants to hear of each slave or some slave has to be told singly.
+  /// Takes it, unless a subscriber needs the event of each slave, or some slave has to be updated singly.
   void On(const track::AlPoll& poll);
   void On(const track::AlRequestOfAll& event);
   void On(const track::AlStatusOfAll& read) {
@@ -68,7 +74,7 @@ class BusModel final : private ProcessSink {
   void On(const track::CaptureGap& event);
   /// Hands the process data in it to the units of the slaves.
   void On(const track::LogicalAccess& access);
-  /// Process data in a frame that never came back: whether the slaves took them, nobody knows.
+  /// Process data in a frame that never came back: it is unknown whether the slaves took them.
   void On(const track::FrameLost& event);
   void On(const track::SlaveAccess& access);
   void On(const track::EepromRead& event);
@@ -79,9 +85,6 @@ class BusModel final : private ProcessSink {
   /// The capture has ended.
   void Finish();
   void On(const mailbox::Emergency& emergency);
-  /// Says which words the units of the slaves look at, or that each frame matters to some of them.
-  void On(const track::CycleAtRest& asked);
-  void On(const track::CyclesSkipped& skipped);
   void On(const track::AlRequestSent& request);
 
  private:
@@ -92,11 +95,11 @@ class BusModel final : private ProcessSink {
   void DescriptionChanged(SlaveId slave);
   void LearnIdentity(const mailbox::SdoTransfer& transfer);
   void LearnName(const mailbox::SdoTransfer& transfer);
-  /// The model type, by which families are recognised whose product code no manual tells.
+  /// The model type, by which families are recognised whose product code no manual states.
   void LearnModel(SlaveId id, std::string model, const FrameRef& frame);
   /// Looks for it in the EEPROM once more was read of it.
   void TakeModel(SlaveId id);
-  /// Describes a modular slave anew once the list of its modules is there.
+  /// Describes a modular slave again once the list of its modules is there.
   void TakeModules(SlaveId id);
   void Presume(const ProcessCycle& cycle);
   void On(const ProcessCycle& cycle) override;
@@ -128,7 +131,6 @@ class BusModel final : private ProcessSink {
   bool asked_of_all_ = false;  ///< a broadcast requested a state
   BusAlWait al_wait_;
   std::vector<const device::EniSlave*> presumed_;
-  FrameNo poll_taken_ = 0;  ///< the last AlPoll that was
 };
 
 }  // namespace ecaudit::model

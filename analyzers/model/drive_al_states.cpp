@@ -4,22 +4,17 @@
 
 namespace ecaudit::model {
 
-bool DriveAlStates::ActsOnControl() const {
-  const StateSet possible = al_.possible();
-  if (possible.empty()) return true;
-  if (drive_->control_word_in.empty()) return possible.contains(static_cast<std::uint8_t>(esc::AlState::OP));
-  return std::any_of(drive_->control_word_in.begin(), drive_->control_word_in.end(),
-                     [&](esc::AlState state) { return possible.contains(static_cast<std::uint8_t>(state)); });
-}
-
-bool DriveAlStates::SurelyActs() const {
-  const StateSet possible = al_.possible();
-  StateSet acting;
-  if (drive_->control_word_in.empty()) acting = StateSet::Of(static_cast<std::uint8_t>(esc::AlState::OP));
-  for (const esc::AlState state : drive_->control_word_in) acting.Add(static_cast<std::uint8_t>(state));
-  StateSet either = acting;
-  either.Add(possible);
-  return either == acting;
+void DriveAlStates::SetFamily(const device::DriveProfile* drive) {
+  drive_ = drive;
+  acts_in_ = shows_in_ = {};
+  if (drive == nullptr) return;
+  const auto add = [](StateSet& to, const std::vector<esc::AlState>& states) {
+    for (const esc::AlState state : states) to.Add(static_cast<std::uint8_t>(state));
+  };
+  add(acts_in_, drive->control_word_in);
+  if (acts_in_.empty()) add(acts_in_, {esc::AlState::OP});
+  add(shows_in_, drive->status_word_in);
+  if (shows_in_.empty()) add(shows_in_, {esc::AlState::SAFEOP, esc::AlState::OP});
 }
 
 bool DriveAlStates::SurelyDoesNotAct() const {
@@ -28,17 +23,6 @@ bool DriveAlStates::SurelyDoesNotAct() const {
   if (!esc::IsAlState(state) || !al_.SettledIn(static_cast<esc::AlState>(state))) return false;
   return std::none_of(drive_->control_word_in.begin(), drive_->control_word_in.end(),
                       [&](esc::AlState in) { return static_cast<std::uint8_t>(in) == state; });
-}
-
-bool DriveAlStates::ShowsStatus() const {
-  const StateSet possible = al_.possible();
-  if (possible.empty()) return true;
-  if (drive_->status_word_in.empty()) {
-    return possible.contains(static_cast<std::uint8_t>(esc::AlState::SAFEOP)) ||
-           possible.contains(static_cast<std::uint8_t>(esc::AlState::OP));
-  }
-  return std::any_of(drive_->status_word_in.begin(), drive_->status_word_in.end(),
-                     [&](esc::AlState state) { return possible.contains(static_cast<std::uint8_t>(state)); });
 }
 
 }  // namespace ecaudit::model

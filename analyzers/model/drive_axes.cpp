@@ -10,7 +10,7 @@ constexpr std::uint8_t BitOf(std::uint8_t axis) {
 }  // namespace
 
 std::optional<std::uint8_t> DriveAxes::AxisOfWord(std::uint16_t index, std::uint8_t subindex, unsigned bits) {
-  // Devices of modules have other objects there, whose values lie at subindex 1 and behind (ETG.5001).
+  // Devices of modules have other objects there, whose values are at subindex 1 and following (ETG.5001).
   if (subindex != 0 || bits != 16) return std::nullopt;
   for (std::uint8_t axis = 0; axis < kMost; ++axis) {
     if (index == ObjectOfAxis(kControlWord, axis) || index == ObjectOfAxis(kStatusWord, axis)) return axis;
@@ -35,31 +35,12 @@ void DriveAxes::Meet(std::uint8_t axis) {
   if (family_ != nullptr) unit->second.SetFamily(*family_);
 }
 
-Still DriveAxes::OnCycle(const ProcessCycle& cycle, StillCycle& watched) {
-  Still all = first_.OnCycle(cycle, watched);
-  watched.axes = all == Still::kCounts ? BitOf(0) : std::uint8_t{0};
-  const std::uint8_t axes = first_.AxesIn(cycle);
+void DriveAxes::OnCycle(const ProcessCycle& cycle) {
+  const std::uint8_t axes = first_.OnCycle(cycle);
   for (std::uint8_t axis = 1; axis < kMost && axes >> axis != 0; ++axis) {
     if ((axes & BitOf(axis)) != 0) Meet(axis);
   }
-  for (auto& [axis, unit] : further_) {
-    const Still still = unit.OnCycle(cycle, watched);
-    if (still == Still::kCounts) watched.axes = static_cast<std::uint8_t>(watched.axes | BitOf(axis));
-    if (still == Still::kNo || all == Still::kIdle) all = still;
-  }
-  return all;
-}
-
-void DriveAxes::Repeat(const ProcessCycle& cycle, std::uint8_t axes) {
-  ForEach([&](DriveUnit& unit) {
-    if ((axes & BitOf(unit.axis())) != 0) unit.Repeat(cycle);
-  });
-}
-
-void DriveAxes::OnSkipped(std::uint8_t axes, std::uint64_t count) {
-  ForEach([&](DriveUnit& unit) {
-    if ((axes & BitOf(unit.axis())) != 0) unit.OnSkipped(count);
-  });
+  for (auto& [axis, unit] : further_) unit.OnCycle(cycle);
 }
 
 void DriveAxes::OnSdo(const mailbox::SdoTransfer& transfer) {

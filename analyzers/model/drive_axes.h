@@ -1,6 +1,6 @@
 /// in: process data and SDO transfers of one slave.  out: the events of drive_events.h, for each axis.
 ///
-/// ETG.6010: the objects of each further axis of a drive lie 800h behind those of the axis before (6041h, 6841h, 7041h,
+/// ETG.6010: the objects of each further axis of a drive are 800h after those of the axis before (6041h, 6841h, 7041h,
 /// ...), for eight axes. Each axis is a state machine of its own; its unit is made when its control or status word is
 /// seen.
 #pragma once
@@ -29,17 +29,11 @@ class DriveAxes {
   void SetFamily(const device::DeviceDescription& family);
   void SetLimits(const DriveLimits& limits);
 
-  /// @param watched gets the words on which being still rests, and which axes count
-  Still OnCycle(const ProcessCycle& cycle, StillCycle& watched);
-  /// A cycle like one that left some units at Still::kCounts.
-  /// @param axes these, a bit each, as OnCycle() left them
-  void Repeat(const ProcessCycle& cycle, std::uint8_t axes);
-  /// Repeat() was not called so often.
-  void OnSkipped(std::uint8_t axes, std::uint64_t count);
+  void OnCycle(const ProcessCycle& cycle);
   void OnSdo(const mailbox::SdoTransfer& transfer);
   void ForgetObject(std::uint16_t index);
   void OnRunBegan();
-  /// No message says which axis it is about: all hear it.
+  /// No message names its axis: all receive it.
   void OnEmergency(const mailbox::Emergency& emergency);
   void Forget();
 

@@ -1,4 +1,4 @@
-/// out of model/drive_unit: what a drive is told by its control word, what its status word says, and where the two do
+/// out of model/drive_unit: commands of the control word, states of the status word, and where the two do
 /// not fit. Nothing here is text. `axis` is 0 for the first axis of a slave, which most drives have alone.
 #pragma once
 
@@ -64,8 +64,8 @@ struct DriveStateChanged {
   DrivePath path;                  ///< how it got there, states passed unseen included; empty when that is not known
   FrameRef command;                ///< control word that asked for it; not seen() when the drive did it by itself
   std::optional<TimeNs> reaction;  ///< from the control word to this status word
-  FrameRef settings_since;         ///< last change of control word or mode; not seen(): not known, a hole lies behind
-  bool first_zero = false;         ///< `from` rests on a status word of 0, which may mean that no inputs were valid yet
+  FrameRef settings_since;  ///< last change of control word or mode; not seen(): not known, because of a capture gap
+  bool first_zero = false;  ///< `from` rests on a status word of 0, which may mean that no inputs were valid yet
   bool by_sdo = false;
   bool inferred = false;
 };
@@ -94,7 +94,7 @@ struct DriveIllegalChange {
   std::uint16_t word = 0;
   std::uint16_t control = 0;  ///< control word in force
   FrameNo control_since = 0;
-  DrivePath missing;  ///< transitions of the shortest way that nobody commanded; empty: there is no way at all
+  DrivePath missing;  ///< transitions of the shortest way that were not commanded; empty: there is no way at all
   bool inferred = false;
 };
 

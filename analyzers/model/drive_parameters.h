@@ -14,12 +14,12 @@ struct SlaveModel;
 
 struct ParameterValue {
   std::int64_t value = 0;
-  /// Inferred where only a sister family's manual says that the object holds the parameter.
+  /// Inferred where only a sister family's manual states that the object holds the parameter.
   Certainty certainty = Certainty::kObserved;
   FrameNo since = 0;  ///< frame that showed it; 0: given by the user
 };
 
-/// What is known of a parameter: by SDO, else as given with --parameter. Unset where neither tells, or where the
+/// What is known of a parameter: by SDO, else as given with --parameter. Unset where neither states it, or where the
 /// family has no such parameter.
 [[nodiscard]] std::optional<ParameterValue> ValueOf(const SlaveModel& slave,
                                                     const std::optional<device::DriveParameter>& parameter);

@@ -15,6 +15,7 @@ void DrivePlaces::SetFamily(const device::DriveProfile* drive) {
   drive_ = drive;
   parts_.clear();
   next_ = 0;
+  last_ = {};
 }
 
 const DrivePart& DrivePlaces::Of(const ImagePart& part) {
@@ -22,11 +23,13 @@ const DrivePart& DrivePlaces::Of(const ImagePart& part) {
     static const DrivePart kNowhere;
     return kNowhere;
   }
+  const DrivePart*& last = last_[part.direction == device::PdoDirection::kRx ? 0 : 1];
   for (const DrivePart& known : parts_) {
-    if (known.serial == part.serial) return known;
+    if (known.serial == part.serial) return *(last = &known);
   }
   if (parts_.empty()) parts_.resize(kParts);
   DrivePart& places = parts_[next_];
+  last = &places;
   next_ = (next_ + 1) % parts_.size();
   places = {};
   places.serial = part.serial;

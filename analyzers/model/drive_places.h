@@ -40,6 +40,11 @@ class DrivePlaces {
   void SetFamily(const device::DriveProfile* drive);
   /// SetFamily() gave a drive.
   const DrivePart& Of(const ImagePart& part);
+  /// What Of() returned last for this direction, if it was of the part with this serial: nearly always.
+  [[nodiscard]] const DrivePart* Last(std::uint64_t serial, bool inputs) const {
+    const DrivePart* last = last_[inputs ? 1 : 0];
+    return last != nullptr && last->serial == serial ? last : nullptr;
+  }
   /// What the object is called in the first axis' numbers; 0: it is another axis'.
   [[nodiscard]] std::uint16_t InFirstAxis(std::uint16_t index) const;
 
@@ -54,6 +59,7 @@ class DrivePlaces {
   const device::DriveProfile* drive_ = nullptr;
   std::vector<DrivePart> parts_;  // empty until it is needed: most slaves are no drives
   std::size_t next_ = 0;
+  std::array<const DrivePart*, 2> last_{};  ///< outputs, inputs
 };
 
 }  // namespace ecaudit::model

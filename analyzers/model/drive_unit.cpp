@@ -15,15 +15,19 @@ constexpr std::uint16_t kWarningBit = 0x0080;
 
 std::optional<std::uint64_t> Read(ByteSpan data, std::uint32_t bit, std::uint16_t bits) {
   if (std::uint64_t{bit} + bits > std::uint64_t{data.size()} * 8) return std::nullopt;
-  if (bit % 8 == 0 && bits == 16) return LittleEndian<std::uint16_t>(data, bit / 8);
+  if (bit % 8 == 0 && bits == 16) return LoadLittleEndian<std::uint16_t>(data.data() + bit / 8);
   return ExtractBits(data, bit, bits);
 }
 
-/// Whether the word there is the known one; it is watched from here on.
+/// Whether the word there is the known one.
 template <typename T>
-bool Same(ByteSpan data, const DrivePart::Where& where, const std::optional<T>& known, StillCycle& watched) {
-  return known && watched.Watch(data, where.bit, where.bits) &&
-         *known == static_cast<T>(*Read(data, where.bit, where.bits));
+bool Same(ByteSpan data, const DrivePart::Where& where, const std::optional<T>& known) {
+  if (!known) return false;
+  if (where.bits == 16 && where.bit % 8 == 0 && Fits(data, where.bit / 8, 2)) {  // nearly always
+    return LoadLittleEndian<std::uint16_t>(data.data() + where.bit / 8) == static_cast<std::uint16_t>(*known);
+  }
+  const auto word = Read(data, where.bit, where.bits);
+  return word && *known == static_cast<T>(*word);
 }
 
 }  // namespace
@@ -35,73 +39,80 @@ void DriveUnit::SetFamily(const device::DeviceDescription& family) {
   al_states_.SetFamily(drive_);
   places_.SetFamily(drive_);
   faults_.SetFamily(family);
-  control_mask_ = 0;
+  control_mask_ = status_mask_ = 0;
   expected_.Clear();
   doubtful_.Clear();
   if (drive_ == nullptr) return;
   for (const device::DriveCommand& command : drive_->commands) {
     if (!command.automatic) control_mask_ = static_cast<std::uint16_t>(control_mask_ | command.mask);
   }
+  for (const device::DriveStateRow& row : drive_->states) {
+    status_mask_ = static_cast<std::uint16_t>(status_mask_ | row.printed.mask);
+    for (const device::StatusPattern& also : row.also) {
+      status_mask_ = static_cast<std::uint16_t>(status_mask_ | also.mask);
+    }
+  }
   if (status_.word && status_.state) status_.state = drive_->StateOf(*status_.word);
 }
 
-std::uint8_t DriveUnit::AxesIn(const ProcessCycle& cycle) {
-  return drive_ == nullptr ? std::uint8_t{0} : places_.Of(cycle.part).axes;
-}
-
 /// Nearly every cycle carries the words of the one before.
-Still DriveUnit::InputsRepeat(const DrivePart& part, ByteSpan data, StillCycle& watched) const {
+[[gnu::always_inline]] inline bool DriveUnit::InputsRepeat(const DrivePart& part, ByteSpan data) const {
   const auto same = [&](const std::optional<DrivePart::Where>& where, const auto& known) {
-    return !where || Same(data, *where, known, watched);
+    return !where || Same(data, *where, known);
   };
-  if (!expected_.empty() || doubtful_.pending()) return Still::kNo;
+  if (!expected_.empty() || doubtful_.pending()) return false;
   if (!same(part.status, status_.word) || !same(part.mode_shown, modes_.shown()) ||
       !same(part.error_code, faults_.error_code())) {
-    return Still::kNo;
+    return false;
   }
-  if (!part.status) return Still::kIdle;
-  return status_.seen && status_.mapped && al_states_.ShowsStatus() ? Still::kCounts : Still::kNo;
+  return !part.status || (status_.seen && status_.mapped && al_states_.ShowsStatus());
 }
 
-Still DriveUnit::OutputsRepeat(const DrivePart& part, ByteSpan data, bool done, StillCycle& watched) const {
+[[gnu::always_inline]] inline bool DriveUnit::OutputsRepeat(const DrivePart& part, ByteSpan data, bool done) const {
   if (part.controls > 0 &&
       (!control_.mapped || control_.taken != control_.sent || (done && control_.acts != al_states_.ActsOnControl()))) {
-    return Still::kNo;
+    return false;
   }
   for (std::size_t i = 0; i < part.controls; ++i) {
-    if (!Same(data, part.control[i], control_.sent, watched)) return Still::kNo;
+    if (!Same(data, part.control[i], control_.sent)) return false;
   }
-  const bool mode_repeats =
-      !part.mode || !done || (modes_.request_is_of_this_run() && Same(data, *part.mode, modes_.requested(), watched));
-  return mode_repeats ? Still::kIdle : Still::kNo;
+  return !part.mode || !done || (modes_.request_is_of_this_run() && Same(data, *part.mode, modes_.requested()));
 }
 
-void DriveUnit::Repeat(const ProcessCycle& cycle) {
-  status_.last = cycle.frame();
+std::uint8_t DriveUnit::OnCycle(const ProcessCycle& cycle) {
+  if (drive_ == nullptr) return 0;
+  const bool inputs = cycle.part.direction == device::PdoDirection::kTx;
+  const DrivePart* last = places_.Last(cycle.part.serial, inputs);
+  const DrivePart& part = last != nullptr ? *last : places_.Of(cycle.part);
+  if (part.known && !cycle.data.empty()) {
+    if (inputs) {
+      OnInputs(cycle, part);
+    } else {
+      OnOutputs(cycle, part);
+    }
+  }
+  return part.axes;
+}
+
+[[gnu::always_inline]] inline void DriveUnit::OnInputs(const ProcessCycle& cycle, const DrivePart& part) {
+  if (cycle.exchange != Exchange::kInferred && cycle.exchange != Exchange::kYes) return;
+  if (!InputsRepeat(part, cycle.data)) return TakeInputs(cycle, part);
+  if (part.status) SeeState(cycle.frame());
+}
+
+/// The status word that is known came once more.
+void DriveUnit::SeeState(const FrameRef& frame) {
+  status_.last = frame;
   if (!status_.state) {
-    CountWithoutState(status_.last);
+    CountWithoutState(frame);
     return;
   }
-  known_.seen = status_.last;
+  known_.seen = frame;
   known_.word = *status_.word;
 }
 
-Still DriveUnit::OnCycle(const ProcessCycle& cycle, StillCycle& watched) {
-  if (drive_ == nullptr) return Still::kIdle;
-  const DrivePart& part = places_.Of(cycle.part);
-  if (!part.known) return Still::kIdle;
-  const bool inputs = cycle.part.direction == device::PdoDirection::kTx;
-  return inputs ? OnInputs(cycle, part, watched) : OnOutputs(cycle, part, watched);
-}
-
-Still DriveUnit::OnInputs(const ProcessCycle& cycle, const DrivePart& part, StillCycle& watched) {
+void DriveUnit::TakeInputs(const ProcessCycle& cycle, const DrivePart& part) {
   const bool inferred = cycle.exchange == Exchange::kInferred;
-  if (!inferred && cycle.exchange != Exchange::kYes) return Still::kIdle;
-  if (cycle.data.empty()) return Still::kNo;
-  if (const Still still = InputsRepeat(part, cycle.data, watched); still != Still::kNo) {
-    if (still == Still::kCounts) Repeat(cycle);
-    return still;
-  }
   if (part.error_code) {
     const auto code = Read(cycle.data, part.error_code->bit, 16);
     if (code) faults_.OnErrorCode(static_cast<std::uint16_t>(*code), part.error_object, cycle.frame());
@@ -117,21 +128,21 @@ Still DriveUnit::OnInputs(const ProcessCycle& cycle, const DrivePart& part, Stil
     const auto mode = Read(cycle.data, part.mode_shown->bit, 8);
     if (mode) OnMode(static_cast<std::int8_t>(*mode), true, cycle.frame(), false, inferred);
   }
-  return Still::kNo;
 }
 
-Still DriveUnit::OnOutputs(const ProcessCycle& cycle, const DrivePart& part, StillCycle& watched) {
-  const bool inferred = cycle.exchange == Exchange::kInferred;
-  const bool done = inferred || cycle.exchange == Exchange::kYes;
-  if (cycle.data.empty()) return Still::kNo;
-  if (OutputsRepeat(part, cycle.data, done, watched) == Still::kIdle) return Still::kIdle;
+[[gnu::always_inline]] inline void DriveUnit::OnOutputs(const ProcessCycle& cycle, const DrivePart& part) {
+  const bool done = cycle.exchange == Exchange::kInferred || cycle.exchange == Exchange::kYes;
+  if (!OutputsRepeat(part, cycle.data, done)) TakeOutputs(cycle, part, done);
+}
+
+void DriveUnit::TakeOutputs(const ProcessCycle& cycle, const DrivePart& part, bool done) {
   if (part.controls > 0) OnControlWords(cycle, part, done);
   if (part.mode && done) {
     const auto mode = Read(cycle.data, part.mode->bit, 8);
     const FrameRef& frame = cycle.sent.seen() ? cycle.sent : cycle.returned;
+    const bool inferred = cycle.exchange == Exchange::kInferred;
     if (mode) OnMode(static_cast<std::int8_t>(*mode), false, frame, false, inferred);
   }
-  return Still::kNo;
 }
 
 void DriveUnit::OnControlWords(const ProcessCycle& cycle, const DrivePart& part, bool done) {
@@ -141,7 +152,7 @@ void DriveUnit::OnControlWords(const ProcessCycle& cycle, const DrivePart& part,
     same = Read(cycle.data, part.control[i].bit, 16) == first;
   }
   if (!same) {
-    // Which of several mapped control words counts, no manual says.
+    // No manual states which of several mapped control words counts.
     if (first) ++control_.ambiguous;
     control_.taken.reset();
     control_.sent.reset();
@@ -197,7 +208,7 @@ void DriveUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
   }
 }
 
-/// Inputs come no more, and the mailbox is all that tells of the drive. In between two cycles it may be older than
+/// Inputs no longer arrive, and only the mailbox shows the drive. In between two cycles it may be older than
 /// they.
 bool DriveUnit::AskedLongAfterInputs(const mailbox::SdoTransfer& transfer) const {
   constexpr std::int64_t kLong = 100'000'000;
@@ -325,7 +336,9 @@ void DriveUnit::OnStatus(std::uint16_t word, const FrameRef& frame, bool by_sdo,
     const bool warned = before && (*before & kWarningBit) != 0;
     const bool warns = (word & kWarningBit) != 0;
     if (warned != warns) sink_.Publish(DriveWarning{slave_, axis_, frame, word, warns, inferred});
-    const std::optional<DriveState> to = drive_->StateOf(word);
+    // Nearly always only bits changed that do not belong to the state.
+    const bool same_state = status_.state && before && ((*before ^ word) & status_mask_) == 0;
+    const std::optional<DriveState> to = same_state ? status_.state : drive_->StateOf(word);
     if (to != status_.state || !before) OnState(to, frame, inferred);
   }
   if (status_.state) {
@@ -372,7 +385,7 @@ void DriveUnit::OnState(std::optional<DriveState> to, const FrameRef& frame, boo
   }
   const bool enters_fault = IsFaultState(*to) && !(known_.state && IsFaultState(*known_.state));
   if (known_.state) {
-    JudgeChange(change);
+    CheckChange(change);
   } else {
     expected_.Clear();
     sink_.Publish(change);
@@ -385,7 +398,7 @@ void DriveUnit::OnState(std::optional<DriveState> to, const FrameRef& frame, boo
   if (!IsFaultState(*to)) faults_.OnFaultLeft();
 }
 
-void DriveUnit::JudgeChange(DriveStateChanged& change) {
+void DriveUnit::CheckChange(DriveStateChanged& change) {
   if (*change.to == DriveState::kNotReadyToSwitchOn) {
     change.path.Add(0);
     expected_.Clear();
@@ -409,17 +422,17 @@ void DriveUnit::JudgeChange(DriveStateChanged& change) {
     return;
   }
   sink_.Publish(change);
-  // From here on nobody commanded what happened.
+  // From here on what happened was not commanded.
   const bool in_op = al_.possible().empty() || al_.SettledIn(esc::AlState::OP);
   const bool unclear = !control_.taken || !control_.acts || !in_op || !given.whole;
   if (unclear || change.first_zero || status_.behind_hole) {
     ++unjudged_;
   } else {
-    TellIllegal(change, given.transitions);
+    ReportIllegal(change, given.transitions);
   }
 }
 
-void DriveUnit::TellIllegal(const DriveStateChanged& change, std::uint32_t given) {
+void DriveUnit::ReportIllegal(const DriveStateChanged& change, std::uint32_t given) {
   DriveIllegalChange illegal;
   illegal.slave = slave_;
   illegal.axis = axis_;

@@ -19,7 +19,6 @@
 #include "analyzers/model/drive_places.h"
 #include "analyzers/model/expected_steps.h"
 #include "analyzers/model/given_commands.h"
-#include "analyzers/model/still_cycle.h"
 #include "decoder/base/event_sink.h"
 #include "decoder/device/device_description.h"
 #include "decoder/mailbox/events.h"
@@ -54,24 +53,18 @@ class DriveUnit {
   void SetFamily(const device::DeviceDescription& family);
   void SetLimits(const DriveLimits& limits) { limits_ = limits; }
 
-  /// @param watched gets the words on which being still rests
-  Still OnCycle(const ProcessCycle& cycle, StillCycle& watched);
-  /// A cycle like one that left the unit at Still::kCounts.
-  void Repeat(const ProcessCycle& cycle);
-  /// Repeat() was not called so often.
-  void OnSkipped(std::uint64_t count) {
-    if (!status_.state && status_.is_without_state) status_.without_state.words += count;
-  }
+  /// @return axes whose control or status word lies in these process data, a bit each
+  std::uint8_t OnCycle(const ProcessCycle& cycle);
   void OnSdo(const mailbox::SdoTransfer& transfer);
   /// A download of this object may have been done or not.
   void ForgetObject(std::uint16_t index);
-  /// The bus is initialised anew: devices may have been without power.
+  /// The bus is initialised again: devices may have been without power.
   void OnRunBegan();
   void OnEmergency(const mailbox::Emergency& emergency);
   /// Frames are missing from the capture: commands and states among them.
   void Forget();
 
-  // What is known now, for the report and for rules that say where they could not judge.
+  // What is known now, for the report and for rules that report where they could not evaluate.
 
   /// True when the family has a drive state machine and a control or status word was seen.
   [[nodiscard]] bool seen() const { return control_.seen || status_.seen; }
@@ -84,15 +77,13 @@ class DriveUnit {
   [[nodiscard]] std::optional<std::int8_t> mode_shown() const { return modes_.shown(); }
   [[nodiscard]] bool status_by_sdo() const { return status_.by_sdo; }
   [[nodiscard]] std::uint8_t axis() const { return axis_; }
-  /// Axes whose control or status word lies in these process data, a bit each.
-  [[nodiscard]] std::uint8_t AxesIn(const ProcessCycle& cycle);
   /// Several mapped copies of 6040h differed, so that the command was not known.
   [[nodiscard]] std::uint64_t ambiguous_controls() const { return control_.ambiguous; }
-  /// State changes that were not judged since earlier control words may be missing.
+  /// State changes that were not evaluated since earlier control words may be missing.
   [[nodiscard]] std::uint64_t unjudged_changes() const { return unjudged_; }
-  /// Frames of the process data have no time stamps: limits were not judged.
+  /// Frames of the process data have no time stamps: limits were not evaluated.
   [[nodiscard]] bool without_time() const { return without_time_; }
-  /// It was told to go on, and nothing shows whether it is in an AL state in which it does.
+  /// It was commanded to go on, and nothing shows whether it is in an AL state in which it does.
   [[nodiscard]] bool may_not_act() const { return control_.unsure && !expected_.empty(); }
   /// A command that looks illegal and is not decided when the capture ends: nothing came that makes it legal.
   [[nodiscard]] std::optional<DriveIllegalCommand> undecided_command() const {
@@ -146,10 +137,13 @@ class DriveUnit {
     bool was_zero = false;   ///< the word was 0 when the state began
   };
 
-  [[nodiscard]] Still InputsRepeat(const DrivePart& part, ByteSpan data, StillCycle& watched) const;
-  [[nodiscard]] Still OutputsRepeat(const DrivePart& part, ByteSpan data, bool done, StillCycle& watched) const;
-  Still OnInputs(const ProcessCycle& cycle, const DrivePart& part, StillCycle& watched);
-  Still OnOutputs(const ProcessCycle& cycle, const DrivePart& part, StillCycle& watched);
+  [[nodiscard]] bool InputsRepeat(const DrivePart& part, ByteSpan data) const;
+  [[nodiscard]] bool OutputsRepeat(const DrivePart& part, ByteSpan data, bool done) const;
+  void OnInputs(const ProcessCycle& cycle, const DrivePart& part);
+  void TakeInputs(const ProcessCycle& cycle, const DrivePart& part);
+  void OnOutputs(const ProcessCycle& cycle, const DrivePart& part);
+  void TakeOutputs(const ProcessCycle& cycle, const DrivePart& part, bool done);
+  void SeeState(const FrameRef& frame);
   void OnControlWords(const ProcessCycle& cycle, const DrivePart& part, bool done);
   [[nodiscard]] bool AskedLongAfterInputs(const mailbox::SdoTransfer& transfer) const;
   void OnMode(std::int8_t value, bool shown, const FrameRef& frame, bool by_sdo, bool inferred);
@@ -164,8 +158,8 @@ class DriveUnit {
   void OnStatus(std::uint16_t word, const FrameRef& frame, bool by_sdo, bool inferred);
   void CountWithoutState(const FrameRef& frame);
   void OnState(std::optional<device::DriveState> to, const FrameRef& frame, bool inferred);
-  void JudgeChange(DriveStateChanged& change);
-  void TellIllegal(const DriveStateChanged& change, std::uint32_t given);
+  void CheckChange(DriveStateChanged& change);
+  void ReportIllegal(const DriveStateChanged& change, std::uint32_t given);
   void CheckLimits(const FrameRef& frame);
 
   SlaveId slave_;
@@ -176,6 +170,7 @@ class DriveUnit {
   DriveLimits limits_;
   std::uint8_t axis_;
   std::uint16_t control_mask_ = 0;  ///< bits of the control word that command transitions
+  std::uint16_t status_mask_ = 0;   ///< bits of the status word that distinguish states
 
   DriveAlStates al_states_;
   DrivePlaces places_;

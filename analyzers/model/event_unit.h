@@ -43,7 +43,7 @@ class EventUnit {
   };
   struct Slave {
     std::vector<Story> signalled;  ///< what is known to be this slave's, by bit; empty: nothing
-    FrameRef mask_frame;  ///< last access that told 0x0200; not seen where a broadcast did before the slave was met
+    FrameRef mask_frame;  ///< last access that showed 0x0200; not seen where a broadcast did before the slave was met
     std::optional<Reading> ecat_request;  ///< 0x0210, not masked
     std::optional<Reading> al_mask;       ///< 0x0204
     std::optional<Reading> al_request;    ///< 0x0220

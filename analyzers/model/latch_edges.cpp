@@ -106,7 +106,7 @@ void LatchEdges::Disarm(std::size_t n, const LatchWord& word) {
   Keep(edge);
   Step(LatchStep::Kind::kDisarmed, n, word.frame);
   const LatchCapture& capture = edge.capture;
-  // A value that the master had not heard of when it sent this word is none that it forgot.
+  // A value that the master had not received when it sent this word is none that it forgot.
   if (capture.valid.seen() && !capture.read.seen() && !capture.valid_before && capture.valid.number < word.begun) {
     edge.loss_pending = true;
     return;
@@ -188,7 +188,7 @@ void LatchEdges::OnValid(const LatchWord& word, bool first) {
     if ((word.value & latch_->edges[n].valid) == 0 || edge.valid) continue;
     edge.valid = true;
     const bool arming_seen = edge.open && edge.capture.armed.seen();
-    if (!edge.open && !first) continue;  // after the enable bit was cleared: nobody waits for it any more
+    if (!edge.open && !first) continue;  // after the enable bit was cleared: the master no longer waits for it
     if (!edge.open) Open(n);
     if (arming_seen && word.begun <= edge.armed_done) {
       edge.stale = true;
@@ -238,8 +238,8 @@ void LatchEdges::Acknowledged(std::size_t n, const FrameRef& frame) {
 
 void LatchEdges::Finish(std::size_t n, const LatchStatus& status) {
   LatchEdgeState& edge = edges_[n];
-  JudgeUnreachable(n, status);
-  // Words by SDO: nobody looked at the status again, so the master does not know either whether the value is still
+  CheckUnreachable(n, status);
+  // Words by SDO: the status was not read again, so the master does not know either whether the value is still
   // there. In process data the last status word shows that it is.
   if (edge.open && edge.loss_pending && !status.cyclic && status.begun <= edge.disarmed_done) Lose(n);
   const LatchCapture& capture = edge.capture;
@@ -277,8 +277,8 @@ void LatchEdges::Finish(std::size_t n, const LatchStatus& status) {
   }
 }
 
-/// It was armed for long, and no status word came that could tell of a capture.
-void LatchEdges::JudgeUnreachable(std::size_t n, const LatchStatus& status) {
+/// It was armed for long, and no status word came that could show a capture.
+void LatchEdges::CheckUnreachable(std::size_t n, const LatchStatus& status) {
   LatchEdgeState& edge = edges_[n];
   const FrameRef& armed = edge.history.first_armed.armed;
   if (!armed.seen() || edge.history.valid > 0 || status.known || status.words > 0 || asked_) return;

@@ -29,7 +29,7 @@ struct LatchEdgeHistory {
   LatchCapture first_armed;
   Mapping mapping = Mapping::kUnknown;
   LatchCapture
-      first_unread;  ///< the first capture that was valid and not read; valid.seen() tells whether there is one
+      first_unread;  ///< the first capture that was valid and not read; valid.seen() shows whether there is one
 };
 
 /// The use of one edge, from enable bit to enable bit.
@@ -38,13 +38,13 @@ struct LatchEdgeState {
 
   bool enabled = false;
   bool valid = false;
-  bool open = false;      ///< `capture` is under way
+  bool open = false;      ///< `capture` is not complete
   bool stale = false;     ///< the valid bit is the one of the capture before
   bool doubtful = false;  ///< a control word that may have been taken cleared the enable bit
   bool loss_pending = false;
   FrameNo armed_done = 0;  ///< no status word up to this frame can know of the arming
   FrameNo disarmed_done = 0;
-  FrameRef released;  ///< the selector went back to 0 behind its acknowledge
+  FrameRef released;  ///< the selector went back to 0 after its acknowledge
   LatchCapture capture;
   std::size_t kept = kNotKept;  ///< number in captures()
   LatchEdgeHistory history;
@@ -63,7 +63,7 @@ class LatchEdges {
   void SetFamily(const device::LatchDescription* latch);
   /// The first word came. Edges of drives that do not use them are not made.
   void Need();
-  /// They begin anew, unjudged.
+  /// They begin again, not evaluated.
   void Forget();
 
   [[nodiscard]] std::size_t size() const { return edges_.size(); }
@@ -92,13 +92,12 @@ class LatchEdges {
 
   /// The position of edge n came to the master.
   void ReadBy(std::size_t n, LatchReading reading, const FrameRef& frame, std::optional<std::int64_t> position);
-  /// One came of which the manual does not say whose it is.
+  /// One came whose edge the manual does not state.
   void ReadStray() { stray_read_ = true; }
   /// The master uploads the status word or a position, valid or not: it has a way to learn of a capture.
   void Asked() { asked_ = true; }
   /// Inputs of unknown contents: a position may be among them.
-  /// @return whether that is as before
-  bool InputsUnknown(bool unknown) { return std::exchange(unknown_inputs_, unknown) == unknown; }
+  void InputsUnknown(bool unknown) { unknown_inputs_ = unknown; }
 
   /// The capture ends.
   void Finish(std::size_t n, const LatchStatus& status);
@@ -110,7 +109,7 @@ class LatchEdges {
   void Disarm(std::size_t n, const LatchWord& word);
   void Lose(std::size_t n);
   void LearnMapping(std::size_t n);
-  void JudgeUnreachable(std::size_t n, const LatchStatus& status);
+  void CheckUnreachable(std::size_t n, const LatchStatus& status);
   void Step(LatchStep::Kind kind, std::size_t n, const FrameRef& frame);
   void SetUnread(std::size_t n) { unread_ = static_cast<std::uint16_t>(unread_ | 1U << n); }
   void ClearUnread(std::size_t n) { unread_ = static_cast<std::uint16_t>(unread_ & ~(1U << n)); }

@@ -61,19 +61,20 @@ std::optional<std::int64_t> LatchPlaces::Supplied(const device::LatchDescription
 }
 
 const LatchPart& LatchPlaces::Of(const ImagePart& part, const device::LatchDescription& latch, std::size_t edges) {
-  // Of thousands of slaves whose mapping nobody knows the same is known.
+  // For thousands of slaves with an unknown mapping, the same is known.
   if (part.places.empty()) {
     static const LatchPart kWhole = Unknown(false);
     static const LatchPart kCut = Unknown(true);
     return part.incomplete ? kCut : kWhole;
   }
-  for (const LatchPart& known : parts_) {
-    if (known.used && known.serial == part.serial) return known;
-  }
-  return Learn(part, latch, edges);
+  const auto known =
+      std::find_if(parts_.begin(), parts_.end(), [&](const LatchPart& p) { return p.used && p.serial == part.serial; });
+  const LatchPart& found = known != parts_.end() ? *known : Learn(part, latch, edges);
+  last_[part.direction == device::PdoDirection::kRx ? 0 : 1] = &found;
+  return found;
 }
 
-const LatchPart& LatchPlaces::Learn(const ImagePart& from, const device::LatchDescription& latch, std::size_t edges) {
+LatchPart& LatchPlaces::Learn(const ImagePart& from, const device::LatchDescription& latch, std::size_t edges) {
   if (parts_.empty()) parts_.resize(kParts);
   LatchPart& part = parts_[next_];
   next_ = (next_ + 1) % parts_.size();

@@ -31,23 +31,29 @@ struct LatchPart {
   Where control, status, probe;
   std::array<Where, kMaxLatchEdges> positions{};
   bool any_position = false;
-  bool stray_position = false;  ///< a latch position of which the manual does not say whose it is
+  bool stray_position = false;  ///< a latch position whose edge the manual does not state
 };
 
 class LatchPlaces {
  public:
   /// @param edges of the family that are followed so far; positions of others are not looked for
   const LatchPart& Of(const ImagePart& part, const device::LatchDescription& latch, std::size_t edges);
+  /// What Of() returned last for this direction, if it was of the part with this serial: nearly always.
+  [[nodiscard]] const LatchPart* Last(std::uint64_t serial, bool inputs) const {
+    const LatchPart* last = last_[inputs ? 1 : 0];
+    return last != nullptr && last->serial == serial ? last : nullptr;
+  }
   void Forget() {
     parts_.clear();
     next_ = 0;
+    last_ = {};
   }
 
   static constexpr std::uint16_t kTouchProbeFunction = 0x60B8;
 
   /// The object holds the position of this edge.
   [[nodiscard]] static bool Holds(const device::LatchEdge& edge, std::uint16_t index, std::uint8_t subindex);
-  /// A position object of which this family's manual does not say whose position it holds.
+  /// A position object of which this family's manual does not state whose position it holds.
   [[nodiscard]] static bool IsStray(const device::LatchDescription& latch, std::uint16_t index);
   /// The position that the inputs hold beside a status word which acknowledges the selector of `edge`: in the object
   /// that the manual names for this edge, or in the only latch position among them where the manual names no edge for
@@ -58,10 +64,11 @@ class LatchPlaces {
  private:
   static constexpr std::size_t kParts = 8;
 
-  const LatchPart& Learn(const ImagePart& from, const device::LatchDescription& latch, std::size_t edges);
+  LatchPart& Learn(const ImagePart& from, const device::LatchDescription& latch, std::size_t edges);
 
-  std::vector<LatchPart> parts_;
+  std::vector<LatchPart> parts_;  ///< kParts, once there is one
   std::size_t next_ = 0;
+  std::array<const LatchPart*, 2> last_{};  ///< outputs, inputs
 };
 
 }  // namespace ecaudit::model

@@ -66,13 +66,13 @@ LatchMisuse LatchReporter::Misuse(LatchMisuse::Kind kind, const LatchWord& word)
 }
 
 void LatchReporter::Emit(const LatchMisuse& misuse) {
-  if (!judges_) return;
+  if (!evaluates_) return;
   ++misuses_;
   sink_.Publish(misuse);
 }
 
 void LatchReporter::NotEvaluable(LatchMisuse::Kind kind, const FrameRef& frame, LatchNotEvaluable::Why why) {
-  if (judges_) sink_.Publish(LatchNotEvaluable{kind, slave_, frame, why});
+  if (evaluates_) sink_.Publish(LatchNotEvaluable{kind, slave_, frame, why});
 }
 
 }  // namespace ecaudit::model

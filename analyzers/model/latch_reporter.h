@@ -15,8 +15,8 @@ namespace ecaudit::model {
 
 class LatchReporter {
  public:
-  /// @param judges false: steps are reported, misuse is not  @param sink must outlive this
-  LatchReporter(SlaveId slave, bool judges, EventSink& sink) : slave_(slave), judges_(judges), sink_(sink) {}
+  /// @param evaluates  false: steps are reported, misuse is not  @param sink must outlive this
+  LatchReporter(SlaveId slave, bool evaluates, EventSink& sink) : slave_(slave), evaluates_(evaluates), sink_(sink) {}
 
   void SawControl(std::uint16_t word) { control_ = word; }
   void SawStatus(std::uint16_t word) { status_ = word; }
@@ -32,7 +32,7 @@ class LatchReporter {
 
  private:
   SlaveId slave_;
-  bool judges_;
+  bool evaluates_;
   EventSink& sink_;
   std::optional<std::uint16_t> control_, status_;
   std::uint64_t misuses_ = 0;

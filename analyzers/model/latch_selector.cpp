@@ -8,7 +8,7 @@ using Why = LatchNotEvaluable::Why;
 
 /// Status words that must have come before a missing acknowledge is complained of, at long cycles.
 constexpr std::uint32_t kWordsForAcknowledge = 3;
-/// Status words after which we say that without time stamps nothing can be judged.
+/// Number of status words after which nothing can be evaluated without time stamps.
 constexpr std::uint32_t kWordsWithoutTime = 20;
 
 }  // namespace
@@ -30,7 +30,7 @@ void LatchSelector::Select(const LatchWord& word, std::uint8_t selector) {
   asked_.word = word;
   edges_.Selected(n, word.frame);
   if (!control_.known) return;  // set before the capture began, perhaps
-  JudgeRearmed(word);
+  CheckRearmed(word);
   if (status_.known && edges_[n].valid) {
     asked_.expects_ack = true;
     return;
@@ -46,7 +46,7 @@ void LatchSelector::Select(const LatchWord& word, std::uint8_t selector) {
 }
 
 /// The value was read already, and the edge was not armed again since.
-void LatchSelector::JudgeRearmed(const LatchWord& word) {
+void LatchSelector::CheckRearmed(const LatchWord& word) {
   const LatchEdgeState& edge = edges_[asked_.edge];
   if (!edge.open || !edge.enabled || !edge.released.seen() || !edge.valid) return;
   if (edge.doubtful) {
@@ -102,7 +102,7 @@ void LatchSelector::Deselect(const LatchWord& word) {
   }
 }
 
-void LatchSelector::JudgeAcknowledge(const LatchWord& word) {
+void LatchSelector::CheckAcknowledge(const LatchWord& word) {
   if (word.begun <= asked_.word.done) return;  // older than the selector
   ++asked_.words;
   const LatchEdgeState& edge = edges_[asked_.edge];
@@ -114,10 +114,10 @@ void LatchSelector::JudgeAcknowledge(const LatchWord& word) {
     }
     return;
   }
-  if (!asked_.expects_ack || asked_.acknowledged || asked_.judged || asked_.dropped) return;
+  if (!asked_.expects_ack || asked_.acknowledged || asked_.evaluated || asked_.dropped) return;
   if (!asked_.word.frame.has_time || !word.frame.has_time) {
     if (asked_.words < kWordsWithoutTime) return;
-    asked_.judged = true;
+    asked_.evaluated = true;
     report_.NotEvaluable(Kind::kAckMismatch, word.frame, Why::kNoTimeStamps);
     return;
   }
@@ -128,7 +128,7 @@ void LatchSelector::JudgeAcknowledge(const LatchWord& word) {
 
 /// The acknowledge did not come in time.
 void LatchSelector::Complain(const LatchWord& word, std::int64_t waited_ns) {
-  asked_.judged = true;
+  asked_.evaluated = true;
   const LatchCapture& capture = edges_[asked_.edge].capture;
   LatchMisuse misuse = report_.Misuse(Kind::kAckMismatch, word);
   misuse.edge = &latch_->edges[asked_.edge];

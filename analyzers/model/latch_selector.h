@@ -39,7 +39,7 @@ class LatchSelector {
   void OnCyclicStatus(const LatchWord& word);
   /// A status word, when the edges know of it.
   void OnStatus(const LatchWord& word) {
-    if (asked_.active) JudgeAcknowledge(word);
+    if (asked_.active) CheckAcknowledge(word);
   }
   /// The capture ends.
   void Finish() {
@@ -49,7 +49,7 @@ class LatchSelector {
   /// The status word of the same frame is awaited.
   [[nodiscard]] bool undecided() const { return asked_.undecided; }
   /// An acknowledge may still come, or be missed.
-  [[nodiscard]] bool awaits() const { return asked_.active && !asked_.acknowledged && !asked_.judged; }
+  [[nodiscard]] bool awaits() const { return asked_.active && !asked_.acknowledged && !asked_.evaluated; }
   /// The word acknowledges a selector that nothing acknowledged so far.
   [[nodiscard]] bool AcknowledgedBy(std::uint16_t status_word) const {
     return asked_.active && !asked_.acknowledged && latch_->Acknowledge(status_word) == asked_.selector;
@@ -69,13 +69,13 @@ class LatchSelector {
     bool dropped = false;       ///< the control word asks for something else now
     bool expects_ack = false;
     bool acknowledged = false;
-    bool judged = false;
+    bool evaluated = false;
     std::uint32_t words = 0;  ///< status words since
   };
 
   void Decide(bool valid_in_same_frame, bool same_frame_known);
-  void JudgeRearmed(const LatchWord& word);
-  void JudgeAcknowledge(const LatchWord& word);
+  void CheckRearmed(const LatchWord& word);
+  void CheckAcknowledge(const LatchWord& word);
   void Complain(const LatchWord& word, std::int64_t waited_ns);
 
   const LatchControl& control_;

@@ -56,16 +56,19 @@ std::optional<bool> LatchUnit::input(std::size_t n, std::uint16_t status_word) c
 
 // --- process data -------------------------------------------------------------------------------------------------
 
-Still LatchUnit::OnCycle(const ProcessCycle& cycle, StillCycle& watched) {
-  if (latch_ == nullptr) return Still::kIdle;
-  const LatchPart& part = places_.Of(cycle.part, *latch_, edges_.size());
-  const bool outputs = cycle.part.direction == device::PdoDirection::kRx;
-  return outputs ? OnOutputs(cycle, part, watched) : OnInputs(cycle, part, watched);
+void LatchUnit::Follow(const ProcessCycle& cycle) {
+  const bool inputs = cycle.part.direction == device::PdoDirection::kTx;
+  const LatchPart* last = places_.Last(cycle.part.serial, inputs);
+  const LatchPart& part = last != nullptr ? *last : places_.Of(cycle.part, *latch_, edges_.size());
+  if (inputs) {
+    OnInputs(cycle, part);
+  } else if (part.control.bits != 0 || part.probe.bits != 0) {
+    OnOutputs(cycle, part);
+  }
 }
 
-Still LatchUnit::OnOutputs(const ProcessCycle& cycle, const LatchPart& part, StillCycle& watched) {
-  if (part.control.bits == 0 && part.probe.bits == 0) return Still::kIdle;
-  if (cycle.exchange == Exchange::kNo || !cycle.has_data()) return Still::kNo;
+[[gnu::always_inline]] inline void LatchUnit::OnOutputs(const ProcessCycle& cycle, const LatchPart& part) {
+  if (cycle.exchange == Exchange::kNo || !cycle.has_data()) return;
   // Nearly every cycle carries the word of the one before.
   const bool settled = control_.known && !control_.doubt && !selector_.undecided() && part.probe.bits == 0;
   if (settled && cycle.exchange != Exchange::kUnknown &&
@@ -73,8 +76,12 @@ Still LatchUnit::OnOutputs(const ProcessCycle& cycle, const LatchPart& part, Sti
     control_.cyclic = true;
     control_.frame = cycle.frame();
     ++control_.words;
-    return watched.Watch(cycle.data, part.control.bit, part.control.bits) ? Still::kCounts : Still::kNo;
+  } else {
+    TakeOutputs(cycle, part);
   }
+}
+
+void LatchUnit::TakeOutputs(const ProcessCycle& cycle, const LatchPart& part) {
   const FrameRef& frame = cycle.sent.seen() ? cycle.sent : cycle.returned;
   LatchWord word{0, frame, frame.number, frame.number, false, cycle.exchange == Exchange::kInferred};
   const bool taken = cycle.exchange != Exchange::kUnknown;
@@ -88,31 +95,30 @@ Still LatchUnit::OnOutputs(const ProcessCycle& cycle, const LatchPart& part, Sti
     }
   }
   if (part.probe.bits != 0 && taken) probe_.OnProbe(WordAt(cycle, part.probe), word);
-  return Still::kNo;
 }
 
-Still LatchUnit::OnInputs(const ProcessCycle& cycle, const LatchPart& part, StillCycle& watched) {
-  const bool same_kind = edges_.InputsUnknown(part.unknown_layout);
+[[gnu::always_inline]] inline void LatchUnit::OnInputs(const ProcessCycle& cycle, const LatchPart& part) {
+  edges_.InputsUnknown(part.unknown_layout);
   // Its status word may have lain between two datagrams, of which one did not come.
-  const bool status_missing = part.incomplete && part.status.bits == 0;
-  if (status_missing) status_.gap = true;
-  const Still idle = same_kind && !status_missing ? Still::kIdle : Still::kNo;
-  if (part.status.bits == 0 && !part.any_position && !part.stray_position) return idle;
+  if (part.incomplete && part.status.bits == 0) status_.gap = true;
+  if (part.status.bits == 0 && !part.any_position && !part.stray_position) return;
   if (!cycle.has_data()) {
     status_.gap = true;
-    return Still::kNo;
+    return;
   }
   const bool settled = status_.known && !edges_.any_unread() && !selector_.undecided() && !selector_.awaits();
   if (settled && part.status.bits != 0 && ExtractBits(cycle.data, part.status.bit, part.status.bits) == status_.value) {
     status_.cyclic = true;
     ++status_.words;
     status_.Seen(cycle.frame(), Begun(cycle));
-    return same_kind && watched.Watch(cycle.data, part.status.bit, part.status.bits) ? Still::kCounts : Still::kNo;
+    return;
   }
+  TakeInputs(cycle, part);
+}
+
+void LatchUnit::TakeInputs(const ProcessCycle& cycle, const LatchPart& part) {
   if (part.status.bits != 0) OnCyclicStatus(cycle, part);
-  if (!edges_.any_unread()) return part.status.bits == 0 ? idle : Still::kNo;
-  ReadPositions(cycle, part);
-  return Still::kNo;
+  if (edges_.any_unread()) ReadPositions(cycle, part);
 }
 
 void LatchUnit::OnCyclicStatus(const ProcessCycle& cycle, const LatchPart& part) {
@@ -146,17 +152,6 @@ void LatchUnit::ReadPositions(const ProcessCycle& cycle, const LatchPart& part) 
   }
 }
 
-void LatchUnit::Repeat(const ProcessCycle& cycle) {
-  if (cycle.part.direction == device::PdoDirection::kRx) {
-    control_.frame = cycle.frame();
-    ++control_.words;
-    return;
-  }
-  ++status_.words;
-  status_.frame = cycle.frame();
-  status_.begun = Begun(cycle);
-}
-
 // --- the control word ---------------------------------------------------------------------------------------------
 
 void LatchUnit::OnControl(const LatchWord& word) {
@@ -175,7 +170,7 @@ void LatchUnit::OnControl(const LatchWord& word) {
     misuse.value = reserved;
     report_.Emit(misuse);
   }
-  if (!first) JudgeState(word, before);
+  if (!first) CheckState(word, before);
 
   const std::uint8_t selector = latch_->Selector(word.value);
   const bool selector_changed = first || selector != latch_->Selector(before) || control_.doubt_selector;
@@ -189,7 +184,7 @@ void LatchUnit::OnControl(const LatchWord& word) {
   if (selector_changed) selector_.Select(word, selector);
   control_.known = true;
   control_.EndDoubt();
-  probe_.Judge(word);
+  probe_.Check(word);
 }
 
 /// A word came of which it is not known whether the drive took it.
@@ -200,7 +195,7 @@ void LatchUnit::Doubt(std::uint16_t value) {
   control_.doubt_selector |= latch_->Selector(value) != latch_->Selector(control_.value);
 }
 
-void LatchUnit::JudgeState(const LatchWord& word, std::uint16_t before) {
+void LatchUnit::CheckState(const LatchWord& word, std::uint16_t before) {
   const std::uint8_t selector = latch_->Selector(word.value);
   const bool asks = selector != 0 && selector != latch_->Selector(before);
   if ((word.value & ~before & enable_mask_) == 0 && !asks) return;  // what only clears bits is no use of the latch
@@ -272,7 +267,7 @@ void LatchUnit::OnUpload(const mailbox::SdoTransfer& transfer, std::uint64_t val
     return;
   }
   if (transfer.index == latch_->control_object && word_object && !control_.known) {
-    // What the drive reports is nobody's mistake; it only tells where things stand.
+    // What the drive reports is no mistake of the master; it only shows the state.
     edges_.Need();
     control_.known = true;
     control_.value = word;

@@ -5,7 +5,7 @@
 ///   enable 0 -> 1   valid 0 -> 1    position read         enable 1 -> 0
 ///       armed   ...    valid     ...    read      ...       disarmed     ... armed again
 ///
-/// A control word takes effect behind the frame that carries it; the status word in the same frame is older. That the
+/// A control word takes effect after the frame that carries it; the status word in the same frame is older. That the
 /// valid bit falls with the enable bit is not in the manuals, so a value counts as lost only when the valid bit is gone
 /// or the edge is armed again; a valid bit that was set when the edge was armed is the old one until it was seen 0.
 ///
@@ -13,7 +13,7 @@
 ///
 ///   LatchPlaces    where the words lie          LatchSelector  the edge that is read
 ///   LatchEdges     captures, edge by edge       ProbeConflict  touch probes that use the same capture unit
-///   LatchReporter  what was told
+///   LatchReporter  what was reported
 ///
 /// Touch probes (60B8h, 60B9h) have the same life without selectors; in continuous mode only the first capture shows.
 ///
@@ -34,7 +34,6 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/probe_conflict.h"
 #include "analyzers/model/process_data.h"
-#include "analyzers/model/still_cycle.h"
 #include "decoder/base/allowance.h"
 #include "decoder/base/event_sink.h"
 #include "decoder/device/device_description.h"
@@ -48,8 +47,8 @@ class LatchUnit {
 
   /// Which words are followed.
   enum class Words : std::uint8_t {
-    kLatch,       ///< 20A4h and 20A5h, judged by the catalogue's chapter on latches
-    kTouchProbe,  ///< 60B8h and 60B9h (CiA 402): captures are told, nothing is judged
+    kLatch,       ///< 20A4h and 20A5h, evaluated by the catalogue's chapter on latches
+    kTouchProbe,  ///< 60B8h and 60B9h (CiA 402): captures are reported, nothing is evaluated
   };
 
   /// @param al, process, sink must outlive this
@@ -65,20 +64,17 @@ class LatchUnit {
   LatchUnit(const LatchUnit&) = delete;
   LatchUnit& operator=(const LatchUnit&) = delete;
 
-  /// The family's words; what was learned by another family's is forgotten. A family without: nothing is judged.
+  /// The family's words; what was learned by another family's is forgotten. A family without: nothing is evaluated.
   void SetFamily(const device::DeviceDescription& family);
   /// How long the acknowledge may take to follow the selector, in ns.
   void SetAcknowledgeLimit(std::int64_t limit_ns) { selector_.SetAcknowledgeLimit(limit_ns); }
 
   /// Process data of this slave; outputs of a datagram come before its inputs.
-  /// @param watched gets the words on which being still rests
-  Still OnCycle(const ProcessCycle& cycle, StillCycle& watched);
-  /// A cycle like one that left the unit at Still::kCounts.
-  void Repeat(const ProcessCycle& cycle);
-  /// Repeat() was not called so often. @param outputs of the control word; else of the status word
-  void OnSkipped(bool outputs, std::uint64_t count) { (outputs ? control_.words : status_.words) += count; }
+  void OnCycle(const ProcessCycle& cycle) {
+    if (latch_ != nullptr) Follow(cycle);
+  }
   void OnSdo(const mailbox::SdoTransfer& transfer);
-  /// The slave leaves the states in which it has process data: its latches begin anew, unjudged.
+  /// The slave leaves the states in which it has process data: its latches begin again, not evaluated.
   void Forget();
   /// The capture has ended.
   void Finish();
@@ -103,19 +99,22 @@ class LatchUnit {
   [[nodiscard]] std::uint64_t input_changes(std::size_t n) const { return input_changes_[n]; }
   /// State of digital input n + 1 in a status word; nothing when the family's word does not hold it.
   [[nodiscard]] std::optional<bool> input(std::size_t n, std::uint16_t status_word) const;
-  /// Last status word's frame, to tell how long a value lay unread when the capture ended.
+  /// Last status word's frame, to show how long a value lay unread when the capture ended.
   [[nodiscard]] const FrameRef& last_status_frame() const { return status_.frame; }
 
  private:
-  Still OnOutputs(const ProcessCycle& cycle, const LatchPart& part, StillCycle& watched);
-  Still OnInputs(const ProcessCycle& cycle, const LatchPart& part, StillCycle& watched);
+  void Follow(const ProcessCycle& cycle);
+  void OnOutputs(const ProcessCycle& cycle, const LatchPart& part);
+  void OnInputs(const ProcessCycle& cycle, const LatchPart& part);
+  void TakeOutputs(const ProcessCycle& cycle, const LatchPart& part);
+  void TakeInputs(const ProcessCycle& cycle, const LatchPart& part);
   void OnCyclicStatus(const ProcessCycle& cycle, const LatchPart& part);
   void ReadPositions(const ProcessCycle& cycle, const LatchPart& part);
   void OnControl(const LatchWord& word);
   void Doubt(std::uint16_t value);
   void OnStatus(const LatchWord& word);
   void OnUpload(const mailbox::SdoTransfer& transfer, std::uint64_t value);
-  void JudgeState(const LatchWord& word, std::uint16_t before);
+  void CheckState(const LatchWord& word, std::uint16_t before);
 
   const Words words_;
   const AlMachine& al_;

@@ -13,12 +13,12 @@ struct LatchWord {
   std::uint16_t value = 0;
   FrameRef frame;     ///< to cite
   FrameNo begun = 0;  ///< control: sent; status: no older than this
-  FrameNo done = 0;   ///< control: in force behind this; status: known to the master from here on
+  FrameNo done = 0;   ///< control: in force after this; status: known to the master from here on
   bool by_sdo = false;
   bool inferred = false;
 };
 
-/// What the drive was told last.
+/// What the drive was commanded last.
 struct LatchControl {
   bool known = false;
   std::uint16_t value = 0;
@@ -39,7 +39,7 @@ struct LatchControl {
   }
 };
 
-/// What the drive said last.
+/// What the drive reported last.
 struct LatchStatus {
   bool known = false;
   std::uint16_t value = 0;
@@ -50,7 +50,7 @@ struct LatchStatus {
   std::uint64_t words = 0;
 
   void Forget() { known = gap = false; }
-  /// It came once more, or anew.
+  /// It came once more.
   void Seen(const FrameRef& in, FrameNo not_before) {
     frame = in;
     begun = not_before;

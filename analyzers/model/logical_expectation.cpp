@@ -17,7 +17,7 @@ std::optional<std::uint8_t> ManagerBehind(const track::KnownFmmus& known, const 
   return std::nullopt;
 }
 
-/// An ESC refuses access to the buffer of a sync manager of the other direction (esc-reference 2.2): nobody counts.
+/// An ESC refuses access to the buffer of a sync manager of the other direction (esc-reference 2.2): no slave counts.
 bool IsRefused(const track::KnownFmmus& known, std::optional<std::uint8_t> manager, bool write) {
   if (!manager) return false;
   const auto& settings = known.managers[*manager];
@@ -37,7 +37,7 @@ LogicalShare ShareOf(SlaveId id, const track::KnownFmmus& known, const LogicalKi
       share.mailbox_only = mailbox && (share.mailbox_only || !share.inputs);
       if (!mailbox || share.mailbox_only) share.input_manager = manager;
       share.inputs = true;
-      // Registers are mapped, too (the mailbox state): only process memory tells a slave by its data.
+      // Registers are mapped, too (the mailbox state): only process memory identifies a slave by its data.
       const std::uint64_t first = (overlap.first + 7) / 8 - kind.address;
       const std::uint64_t end = overlap.end() / 8 - kind.address;
       if (fmmu.physical_start >= 0x0F00 && end > first && end - first > share.input_bytes) {
@@ -82,8 +82,7 @@ std::uint16_t WorthOf(const LogicalShare& share, wire::Command command) {
 const LogicalExpectation& LogicalExpectations::Look(const track::Network& network, const LogicalKind& kind) {
   Entry* entry = entries_.Find(kind);
   if (entry == nullptr) {
-    bool replaced = false;
-    entry = &entries_.Take(kind, replaced);
+    entry = &entries_.Take(kind);
     entry->version = 0;
     entry->expectation.shares.clear();
     MakeRoom(*entry);

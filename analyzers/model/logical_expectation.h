@@ -22,7 +22,7 @@ struct LogicalShare {
   bool outputs = false;  ///< an active write FMMU overlaps: +2
   /// All that is read is a mailbox, which counts only while a message lies in it.
   bool mailbox_only = false;
-  /// Numbers of the sync managers behind it, where they are known.
+  /// Numbers of the sync managers after it, where they are known.
   std::optional<std::uint8_t> input_manager, output_manager;
   /// Bytes of the datagram that the slave's process data fill (whole bytes only; 0: none). A slave that takes part
   /// writes its inputs over what the master sent there.
@@ -38,7 +38,7 @@ struct CounterRange {
 
 struct LogicalExpectation {
   bool mapping_known = false;  ///< of every slave some FMMU is known, and be it that it maps nothing
-  bool complete = false;       ///< ... and no slave has one that was not seen, so nobody is left out
+  bool complete = false;       ///< ... and no slave has one that was not seen, so no slave is left out
   std::vector<LogicalShare> shares;
   std::uint16_t full = 0;     ///< when every slave takes part
   std::uint16_t inputs = 0;   ///< slaves that have inputs in it
@@ -65,11 +65,11 @@ class LogicalExpectations {
     const bool again = last_ != nullptr && last_->version == network.mapping_version() && last_kind_ == kind;
     return again ? last_->expectation : Look(network, kind);
   }
-  /// What was done since this was asked last, in slaves that were told of something.
+  /// What was done since this was asked last, in slaves that were updated.
   [[nodiscard]] std::uint64_t TakeWork() { return std::exchange(work_, 0) / kLooksPerSlave; }
 
  private:
-  /// FMMUs that are looked at in about the time that telling a slave takes.
+  /// FMMUs that are looked at in about the time that updating a slave takes.
   static constexpr std::uint64_t kLooksPerSlave = 16;
   /// Of all kinds but the one at hand: thousands of slaves may have a part in each of many.
   static constexpr std::size_t kMaxShares = 8'192;
@@ -89,7 +89,7 @@ class LogicalExpectations {
   std::uint64_t work_ = 0;
 };
 
-/// How far the slaves' states allow to judge: a slave that is settled in OP counts in full, any other may count.
+/// How far the slaves' states allow an evaluation: a slave that is settled in OP counts in full, any other may count.
 [[nodiscard]] CounterRange RangeOf(const LogicalExpectation& expectation, wire::Command command,
                                    const std::deque<SlaveModel>& slaves);
 

@@ -29,13 +29,6 @@ class LogicalKinds {
   static constexpr std::size_t kWays = 8;
 
   /// Null where there is nothing of this kind.
-  [[nodiscard]] const Value* Look(const LogicalKind& kind) const {
-    const Set& set = sets_[SetOf(kind)];
-    for (std::size_t way = 0; way < kWays; ++way) {
-      if (set.used[way] != 0 && set.kinds[way] == kind) return &set.values[way];
-    }
-    return nullptr;
-  }
   [[nodiscard]] Value* Find(const LogicalKind& kind) {
     Set& set = sets_[SetOf(kind)];
     for (std::size_t way = 0; way < kWays; ++way) {
@@ -46,14 +39,12 @@ class LogicalKinds {
     return nullptr;
   }
   /// A place for a kind of which there is nothing yet. It holds what another one left there, for its room.
-  /// @param replaced  set where there is no more place for that one
-  [[nodiscard]] Value& Take(const LogicalKind& kind, bool& replaced) {
+  [[nodiscard]] Value& Take(const LogicalKind& kind) {
     Set& set = sets_[SetOf(kind)];
     std::size_t oldest = 0;
     for (std::size_t way = 1; way < kWays; ++way) {
       if (set.used[way] < set.used[oldest]) oldest = way;
     }
-    replaced = replaced || set.used[oldest] != 0;
     set.kinds[oldest] = kind;
     set.used[oldest] = ++uses_;
     return set.values[oldest];

@@ -66,7 +66,7 @@ void MailboxUnit::CompareOpening(const track::SlaveAccess& access) {
 }
 
 void MailboxUnit::CheckRead(const track::SlaveAccess& access) {
-  // Of a refused read the capture does not tell the length; it opens the mailbox where it begins at its first byte.
+  // Of a refused read the capture does not show the length; it opens the mailbox where it begins at its first byte.
   if (window_.in_length == 0 || !access.written.empty() || access.address < window_.in_start ||
       access.address >= window_.in_start + window_.in_length) {
     return;

@@ -26,6 +26,8 @@ class StateSet {
 
   [[nodiscard]] constexpr bool empty() const { return bits_ == 0; }
   [[nodiscard]] constexpr bool contains(std::uint8_t state) const { return (bits_ >> (state & 0xFU) & 1U) != 0; }
+  [[nodiscard]] constexpr bool Meets(StateSet other) const { return (bits_ & other.bits_) != 0; }
+  [[nodiscard]] constexpr bool IsWithin(StateSet other) const { return (bits_ & ~other.bits_) == 0; }
   /// The only member; 0 when there is none or more than one.
   [[nodiscard]] constexpr std::uint8_t single() const {
     if (bits_ == 0 || (bits_ & (bits_ - 1U)) != 0) return 0;
@@ -86,7 +88,7 @@ struct AlAnswered {
   bool state_before_known = true;     ///< false: the error bit may be older than the request
 };
 
-/// AL Status shows the error bit behind a request that acknowledges, and nothing was known of the slave before: it may
+/// AL Status shows the error bit after a request that acknowledges, and nothing was known of the slave before: it may
 /// be the error that is acknowledged, or the answer.
 struct AlAnswerUnclear {
   SlaveId slave = kNoSlave;
@@ -107,7 +109,7 @@ struct AlChangedByItself {
   esc::AlWord before;
   esc::AlWord status;
   FrameNo before_since = 0;    ///< last frame that showed the state before
-  bool after_pause = false;    ///< since then the master was silent, and the capture may have a hole there
+  bool after_pause = false;    ///< since then the master was silent, and the capture may have a gap there
   bool error_of_some = false;  ///< a broadcast: the error bit of one slave at least is set, whose is not certain
   FrameNo rose_unasked = 0;    ///< it rose there without a request before: the capture does not hold all requests
   std::optional<std::uint16_t> code;
@@ -127,7 +129,7 @@ struct AlErrorCleared {
   bool echo = false;  ///< what looked like one was the echo of an acknowledge
 };
 
-/// The error bit is set when AL Status of the slave is first read; said again when it becomes certain.
+/// The error bit is set when AL Status of the slave is first read; reported again when it becomes certain.
 struct AlErrorStands {
   SlaveId slave = kNoSlave;
   FrameRef frame;
@@ -179,7 +181,7 @@ struct BusAlChanged {
   std::span<const SlaveId> excluded;  ///< were read by themselves and showed none of it
 };
 
-/// Some slave answered a request by its error bit, as broadcasts show: nobody had it set before, no request
+/// Some slave answered a request by its error bit, as broadcasts show: no slave had it set before, no request
 /// acknowledged anything that could be echoed, and no slave was read by itself since.
 struct BusAlRefused {
   FrameRef frame;            ///< the first that shows it
@@ -200,22 +202,17 @@ struct BusAlOverdue {
   esc::AlWord control;       ///< of these
   esc::AlWord status;        ///< OR of all
   std::uint16_t slaves = 0;  ///< who counted
-  bool all_asked = false;    ///< else some were, and nobody shows it
+  bool all_asked = false;    ///< else some were, and no slave shows it
   bool given_up = false;     ///< the limit is not over: the master asked for a lower state before
   std::int64_t waited_ns = 0;
   std::int64_t limit_ns = 0;
   std::uint64_t polls = 0;
 };
 
-/// A slave of the ENI exchanges process data, as the working counter says, and no frame addressed it so far.
+/// A slave of the ENI exchanges process data, as the working counter shows, and no frame addressed it so far.
 struct SlavePresumed {
   std::optional<SlavePos> position;
   std::optional<StationAddress> station;
-};
-
-/// Process data were not those that a slave's units had seen before, or they wait for something in them.
-struct SlaveStirred {
-  SlaveId slave = kNoSlave;  ///< kNoSlave: what was known of a datagram had to make room
 };
 
 /// A model foretold what the slave does with an access, and the capture shows what it did.

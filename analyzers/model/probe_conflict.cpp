@@ -23,7 +23,7 @@ void ProbeConflict::SetFamily(const device::LatchDescription* latch) {
   }
 }
 
-void ProbeConflict::Judge(const LatchWord& word) {
+void ProbeConflict::Check(const LatchWord& word) {
   if (!control_.known || !known_) return;
   std::uint16_t conflict = 0;
   for (std::size_t probe = 0; probe < kProbeEnable.size(); ++probe) {

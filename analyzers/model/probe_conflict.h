@@ -1,6 +1,6 @@
 /// in: the latch control word and the touch probe function (60B8h).  out: LatchMisuse, where both use a capture unit.
 ///
-/// keeps: the last 60B8h, and the conflicts that were told.
+/// keeps: the last 60B8h, and the conflicts that were reported.
 #pragma once
 
 #include <array>
@@ -28,10 +28,10 @@ class ProbeConflict {
     if (known_ && value == probe_) return;
     known_ = true;
     probe_ = value;
-    Judge(word);
+    Check(word);
   }
   /// The control word is another one, or 60B8h is.
-  void Judge(const LatchWord& word);
+  void Check(const LatchWord& word);
 
  private:
   const LatchControl& control_;

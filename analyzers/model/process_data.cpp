@@ -92,7 +92,7 @@ class Eeprom {
   Eeprom(const esc::SiiImage& image, PdoDirection direction) : image_(image), direction_(direction) {}
 
   /// Nothing unless the EEPROM was read to its end mark, so that no PDO can be missing, and it is the EEPROM that
-  /// tells.
+  /// shows.
   [[nodiscard]] std::optional<std::vector<AssignedPdo>> Assigned() {
     if (!Contents().Complete(Category()) || LeftToCoe()) return std::nullopt;
     std::vector<AssignedPdo> assigned;
@@ -101,7 +101,7 @@ class Eeprom {
     }
     return assigned;
   }
-  /// Read to its end mark without any PDO, of a slave that may tell them by CoE: masters ask for 1C12h and 1C13h
+  /// Read to its end mark without any PDO, of a slave that may show them by CoE: masters ask for 1C12h and 1C13h
   /// instead of reading these lists (esc-reference 9). A slave without CoE, or without a sync manager for them, has
   /// none.
   [[nodiscard]] bool LeftToCoe() {
@@ -220,7 +220,7 @@ void ProcessData::OnOtherDevice() {
 void ProcessData::NameVariables(PdoDirection direction, ProcessLayout& layout) const {
   if (eni_slave_ == nullptr || eni_config_ == nullptr) return;
   const bool rx = direction == PdoDirection::kRx;
-  // One run of bits in the image is one sync manager's buffer. Which of several is which the file does not say.
+  // One run of bits in the image is one sync manager's buffer. The file does not state which of several is which.
   const std::vector<device::EniImagePart>& parts = rx ? eni_slave_->outputs : eni_slave_->inputs;
   const std::uint8_t manager = rx ? kOutputs : kInputs;
   if (parts.size() != 1 || parts[0].bit_length / 8 != layout.bytes_of(manager)) return;
@@ -274,7 +274,7 @@ class ProcessData::Computation {
   ProcessLayout layout_;
 };
 
-/// @return false: which PDOs is not known, and layout_.reason says why
+/// @return false: which PDOs is not known, and layout_.reason gives the reason
 bool ProcessData::Computation::Assign() {
   const process::PdoObject* object = data_.seen_.Find(assignment_);
   if (const auto observed = data_.seen_.Assigned(assignment_)) {
@@ -314,7 +314,7 @@ std::string ProcessData::Computation::WhyUnassigned(bool partly) {
   if (data_.family_->esi && data_.family_->esi->misses_modules()) {
     return object + " is not in the capture, and neither is which modules are in the slots (F030h or F050h)";
   }
-  return object + " is not in the capture, and neither the EEPROM nor an ESI or ENI file tells the default";
+  return object + " is not in the capture, and neither the EEPROM nor an ESI or ENI file gives the default";
 }
 
 void ProcessData::Computation::Add(const AssignedPdo& pdo) {

@@ -84,19 +84,19 @@ class ProcessData {
 
   /// The family's facts, with those of an ESI file where there is one; never null.
   void SetFamily(const device::DeviceDescription& family);
-  /// What an ENI file says of this slave, and the whole file for the names of its variables; null: there is none.
+  /// What an ENI file states of this slave, and the whole file for the names of its variables; null: there is none.
   /// Both must stay valid.
   void SetEni(const device::EniSlave* slave, const device::EniConfig* config);
   /// @return true when something changed
   bool Apply(const mailbox::SdoTransfer& transfer);
   /// A download of this object may have been done or not. @return true when something changed
   bool Forget(std::uint16_t index, std::uint8_t subindex, bool whole);
-  /// The bus is initialised anew: devices may have been without power, and forget what was assigned. A sync manager
+  /// The bus is initialised again: devices may have been without power, and forget what was assigned. A sync manager
   /// that is then set to another length shows that this one did.
   void OnRunBegan();
   /// Another device stands there.
   void OnOtherDevice();
-  /// A word of the EEPROM was read or written, or the slave told the name of an object.
+  /// A word of the EEPROM was read or written, or the slave gave the name of an object.
   void OnDescriptionChanged() { ++changes_; }
 
   /// Assignments and mapping objects as the capture shows them.

@@ -52,7 +52,7 @@ std::optional<std::uint64_t> BufferStart(const track::KnownFmmus& known, const P
   return lowest;
 }
 
-/// Bits of a signal that lie one behind the other in the logical address space.
+/// Bits of a signal that lie one after the other in the logical address space.
 struct LogicalPiece {
   std::uint32_t in_signal = 0;
   esc::BitRange logical;
@@ -295,11 +295,6 @@ bool ProcessImage::ChangedSince(const Version& version, SlaveId slave) const {
          (slave < layout_changed_.size() && layout_changed_[slave] > version.layouts);
 }
 
-const ProcessImage::Entry* ProcessImage::Look(const LogicalKind& kind) const {
-  const Entry* entry = entries_.Look(kind);
-  return entry != nullptr && entry->version == version() ? entry : nullptr;
-}
-
 ProcessImage::Entry& ProcessImage::Find(const LogicalKind& kind, bool& found) {
   if (version_ != version()) {
     fragments_.Clear();
@@ -308,7 +303,7 @@ ProcessImage::Entry& ProcessImage::Find(const LogicalKind& kind, bool& found) {
   Entry* entry = entries_.Find(kind);
   found = entry != nullptr;
   if (!found) {
-    entry = &entries_.Take(kind, replaced_);
+    entry = &entries_.Take(kind);
     entry->kind = kind;
     Clear(*entry);
   }
@@ -344,7 +339,7 @@ void ProcessImage::BuildLogical(Entry& entry) {
   FindCovered(entry);
 }
 
-/// Builds the parts of those slaves anew that changed; what the others' units learned of theirs stays.
+/// Builds the parts of the changed slaves again; what the units of the others learned stays.
 void ProcessImage::RefreshLogical(Entry& entry) {
   if (eni_ != nullptr) {
     Clear(entry);
@@ -464,7 +459,7 @@ void ProcessImage::AddByEni(Entry& entry) {
 }
 
 /// The slave with this number in the ENI; one that is met counts.
-/// @return false: what it was really told counts, not the ENI
+/// @return false: what was really written to it counts, not the ENI
 bool ProcessImage::FindModel(ImagePart& part, std::size_t number) {
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
@@ -577,11 +572,11 @@ ProcessImage::Counted ProcessImage::Count(const Entry& entry, const track::Logic
   const unsigned o_least = wkc > inputs ? (wkc - inputs + step - 1) / step : 0;
   const unsigned o_most = std::min(outputs, wkc / step);
   if (o_least > o_most) return {};
-  const auto judge = [](unsigned least, unsigned most, unsigned all) {
+  const auto assess = [](unsigned least, unsigned most, unsigned all) {
     if (least == all) return Exchange::kYes;
     return most == 0 ? Exchange::kNo : Exchange::kUnknown;
   };
-  Counted counted{judge(wkc - step * o_most, wkc - step * o_least, inputs), judge(o_least, o_most, outputs)};
+  Counted counted{assess(wkc - step * o_most, wkc - step * o_least, inputs), assess(o_least, o_most, outputs)};
   if (counted.inputs != Exchange::kUnknown || inputs == 0) return counted;
   // Slaves in SAFEOP and OP give their inputs.
   for (const LogicalShare& share : expectation.shares) {
@@ -628,17 +623,18 @@ bool ProcessImage::Read(const track::LogicalAccess& access, const LogicalExpecta
   if (entry.parts.empty()) return false;
   work_ += entry.parts.size();
   const Counted counted = Count(entry, access, expectation);
+  const bool lost = !access.returned.seen() && !access.assumed;
+  const bool given = counted.inputs == Exchange::kYes || counted.inputs == Exchange::kInferred;
+  const ByteSpan inputs = given ? access.returned_data : ByteSpan();
   for (std::size_t n = 0; n < entry.parts.size(); ++n) {
     const ImagePart& part = entry.parts[n];
-    ProcessCycle cycle{part, Exchange::kUnknown, access.sent, access.returned, access.command, {}};
-    cycle.lost = !access.returned.seen() && !access.assumed;
-    if (part.direction == PdoDirection::kRx) {
-      cycle.exchange = counted.outputs;
-      cycle.data = access.sent.seen() ? access.sent_data : part.covered ? ByteSpan() : access.returned_data;
-    } else {
-      cycle.exchange = counted.inputs;
-      if (counted.inputs == Exchange::kYes || counted.inputs == Exchange::kInferred) cycle.data = access.returned_data;
-    }
+    const bool is_input = part.direction == PdoDirection::kTx;
+    const ByteSpan data = is_input             ? inputs
+                          : access.sent.seen() ? access.sent_data
+                          : part.covered       ? ByteSpan()
+                                               : access.returned_data;
+    ProcessCycle cycle{
+        part, is_input ? counted.inputs : counted.outputs, access.sent, access.returned, access.command, data, lost};
     if (entry.splits.empty()) {
       sink.On(cycle);
     } else {
@@ -646,22 +642,6 @@ bool ProcessImage::Read(const track::LogicalAccess& access, const LogicalExpecta
     }
   }
   return !entry.parts.empty();
-}
-
-bool ProcessImage::Watch(const track::LogicalAccess& access, const LogicalExpectation& expectation,
-                         const track::CycleAtRest& asked, std::size_t i) const {
-  const Entry* entry = Look({access.command, access.address, access.length});
-  if (entry == nullptr || entry->parts.empty() || !entry->splits.empty() || entry->by_eni) return false;
-  // What that costs more than the bytes allow for is counted each time.
-  if (entry->parts.size() > track::SlaveWork::Due(access.length)) return false;
-  const Counted counted = Count(*entry, access, expectation);
-  for (const ImagePart& part : entry->parts) {
-    const bool inputs = part.direction == PdoDirection::kTx;
-    const Exchange exchange = inputs ? counted.inputs : counted.outputs;
-    if (part.slave == kNoSlave || !part.still.IsSettled(slaves_[part.slave].generation, exchange)) return false;
-    part.still.ForEachWord([&](std::size_t at, std::size_t count) { asked.Watch(i, inputs, at, count); });
-  }
-  return true;
 }
 
 bool ProcessImage::Read(const track::SlaveAccess& access, ProcessSink& sink) {

@@ -2,8 +2,8 @@
 /// slave and direction in one datagram.
 ///
 /// Where a slave's data lie follows from its sync managers and FMMUs, byte- or bit-wise. Where those are not in the
-/// capture, an ENI file tells the place, also of slaves that only process data reach. Outputs are read from what the
-/// master sent, inputs from what came back, and only when the working counter says that the slave gave them.
+/// capture, an ENI file gives the place, also of slaves that only process data reach. Outputs are read from what the
+/// master sent, inputs from what came back, and only when the working counter shows that the slave gave them.
 ///
 /// Source: esc-reference 2.1, 6, 7; ETG.2100 (cyclic commands, process image).
 #pragma once
@@ -23,7 +23,6 @@
 #include "analyzers/model/profile_choice.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/model/split_signals.h"
-#include "analyzers/model/still_cycle.h"
 #include "decoder/base/event_sink.h"
 #include "decoder/track/network.h"
 
@@ -43,7 +42,7 @@ struct ImagePart {
     std::uint32_t object = 0;  ///< index << 8 | subindex
     std::uint16_t signal = 0;  ///< number in layout->signals
     std::uint16_t bits = 0;
-    std::uint32_t bit = 0;  ///< first bit in ProcessCycle::data: in the datagram, or behind it (split_signals.h)
+    std::uint32_t bit = 0;  ///< first bit in ProcessCycle::data: in the datagram, or after it (split_signals.h)
   };
 
   std::uint64_t serial = 0;           ///< no two parts ever made have the same
@@ -58,7 +57,6 @@ struct ImagePart {
   std::uint32_t bits = 0;                 ///< sum of the runs
   bool incomplete = false;  ///< places are left out because another datagram did not bring its bits of the signal
   bool covered = false;  ///< outputs: inputs of some slave lie over them, so that the returned copy does not show them
-  mutable StillCycle still;  ///< what the units of the slave's model left this part with
 
   /// Null when the object is not mapped here.
   [[nodiscard]] const Place* Find(std::uint16_t index, std::uint8_t subindex) const;
@@ -66,17 +64,16 @@ struct ImagePart {
 
 /// One slave's data of one direction in one datagram. Valid during the call that hands it over.
 struct ProcessCycle {
-  static constexpr bool kRoutine = true;
   const ImagePart& part;
   Exchange exchange = Exchange::kUnknown;
-  FrameRef sent;
-  FrameRef returned;
+  const FrameRef& sent;
+  const FrameRef& returned;
   wire::Command command = wire::Command::NOP;
   /// The datagram's data: of the copy sent for outputs, of the copy returned for inputs. Empty when that copy is
   /// missing, or the slave gave nothing (inputs whose exchange is neither kYes nor kInferred). Signals that do not lie
-  /// in one piece follow behind.
+  /// in one piece follow after.
   ByteSpan data;
-  bool lost = false;  ///< the frame never came back: whether the slave took or gave them, nobody knows
+  bool lost = false;  ///< the frame never came back: it is unknown whether the slave took or gave them
 
   [[nodiscard]] const FrameRef& frame() const { return returned.seen() ? returned : sent; }
   [[nodiscard]] bool has_data() const { return !data.empty(); }
@@ -87,7 +84,7 @@ struct ProcessCycle {
   void AppendRaw(std::vector<std::uint8_t>& out) const;
 };
 
-/// Process data in a datagram with a logical address, of which nobody knows whose they are.
+/// Process data in a datagram with a logical address, without a known owner.
 struct ProcessDataUnplaced {
   const track::LogicalAccess& access;
 };
@@ -101,41 +98,24 @@ class ProcessSink {
 class ProcessImage {
  public:
   /// @param network, slaves must outlive this
-  /// @param choice tells what slaves are that only the ENI knows; must outlive this
+  /// @param choice decides what slaves are that only the ENI names; must outlive this
   /// @param eni null: none; must outlive this
   ProcessImage(const track::Network& network, const std::deque<SlaveModel>& slaves, ProfileChoice& choice,
                const device::EniConfig* eni)
       : network_(network), slaves_(slaves), choice_(choice), eni_(eni) {}
 
   /// Hands each slave's part in the datagram to `sink`, in the order of the slaves, outputs first.
-  /// @return false when nobody's place in it is known
+  /// @return false when no slave's place in it is known
   bool Read(const track::LogicalAccess& access, const LogicalExpectation& expectation, ProcessSink& sink);
   /// The same for a datagram that reads or writes a slave's process data buffer itself (FPRD, FPWR, ...).
   bool Read(const track::SlaveAccess& access, ProcessSink& sink);
-  /// Says which bytes of the process data have to be the same in the next frames, for these to tell nothing new.
-  /// @param i  the datagram of the frame that is asked about
-  /// @return false when every frame may tell something
-  [[nodiscard]] bool Watch(const track::LogicalAccess& access, const LogicalExpectation& expectation,
-                           const track::CycleAtRest& asked, std::size_t i) const;
-  /// Calls `visit(part, exchange)` for each slave's part of a datagram that Watch() was asked about since.
-  template <class Visit>
-  void ForEachPart(const track::LogicalAccess& access, const LogicalExpectation& expectation, Visit visit) const {
-    const Entry* entry = Look({access.command, access.address, access.length});
-    if (entry == nullptr) return;
-    const Counted counted = Count(*entry, access, expectation);
-    for (const ImagePart& part : entry->parts) {
-      visit(part, part.direction == device::PdoDirection::kRx ? counted.outputs : counted.inputs);
-    }
-  }
-  /// Whether a datagram has taken another one's place since this was asked last: what was known of that one is lost.
-  [[nodiscard]] bool TakeReplaced() { return std::exchange(replaced_, false); }
-  /// What was done since this was asked last, in slaves that were told of something.
+  /// What was done since this was asked last, in slaves that were updated.
   [[nodiscard]] std::uint64_t TakeWork() { return std::exchange(work_, 0); }
-  /// The slave's PDOs may be others now. Its FMMUs and sync managers are looked after without being told.
+  /// The slave's PDOs may be others now. Its FMMUs and sync managers are checked without this call.
   void OnLayoutChanged(SlaveId slave);
 
  private:
-  /// Of all that says where the process data lie.
+  /// Of all that decides where the process data lie.
   struct Version {
     std::uint64_t mapping = 0;  ///< track::Network::mapping_version()
     std::uint64_t layouts = 0;
@@ -151,7 +131,7 @@ class ProcessImage {
   struct Entry {
     LogicalKind kind;              ///< of a direct one: the slave and the address in its memory
     Version version;               ///< what it rests on
-    std::vector<ImagePart> parts;  ///< by slave; those of the ENI behind
+    std::vector<ImagePart> parts;  ///< by slave; those of the ENI at the end
     std::vector<Split> splits;
     bool by_eni = false;                       ///< some part is
     std::optional<std::uint16_t> eni_counter;  ///< working counter that the ENI expects
@@ -165,15 +145,13 @@ class ProcessImage {
     Exchange inputs = Exchange::kUnknown;
     Exchange outputs = Exchange::kUnknown;
   };
-  // What takes about as long as telling a slave does, or how many times as long.
+  // What takes about as long as updating a slave does, or how many times as long.
   static constexpr std::uint64_t kLooksPerSlave = 16;
   static constexpr std::uint64_t kMakingPart = 2;
   static constexpr std::size_t kMaxParts = 8'192;  ///< of all entries but the one at hand
 
   [[nodiscard]] Version version() const { return {network_.mapping_version(), layout_changes_}; }
   [[nodiscard]] bool ChangedSince(const Version& version, SlaveId slave) const;
-  /// Null where Find() would have to make it.
-  [[nodiscard]] const Entry* Look(const LogicalKind& kind) const;
   Entry& Find(const LogicalKind& kind, bool& found);
   void BuildLogical(Entry& entry);
   void RefreshLogical(Entry& entry);
@@ -204,7 +182,6 @@ class ProcessImage {
   std::vector<std::uint64_t> layout_changed_;  ///< of each slave that ever changed: layout_changes_ after it
   Version version_;                            ///< that fragments_ belong to
   std::uint64_t parts_made_ = 0;
-  bool replaced_ = false;
   std::uint64_t work_ = 0;  ///< see TakeWork()
   LogicalKinds<Entry> entries_;
   SignalFragments fragments_;

@@ -42,7 +42,7 @@ std::string WhereSeen(const IdentityLearned& identity) {
   return std::string(where) + " (frame " + std::to_string(identity.frame.number) + ")";
 }
 
-/// The edition says what is in each of the PDOs that the slave has assigned, or that they are mapped freely.
+/// The edition states what is in each of the PDOs that the slave has assigned, or that they are mapped freely.
 bool Describes(const DeviceDescription& edition, const process::PdoMapping& seen) {
   for (const std::uint16_t assignment : {process::kRxAssignment, process::kTxAssignment}) {
     for (const std::uint16_t pdo : seen.Assigned(assignment).value_or(std::vector<std::uint16_t>{})) {
@@ -94,7 +94,7 @@ ProfileChoice::EsiMatch ProfileChoice::FindEsi(const IdentityLearned& identity) 
     return match;
   }
   if (identity.vendor_id || identity.product_code) return match;
-  // Nothing is known of the slave. Somebody who gives the file of one product means it.
+  // Nothing is known of the slave. A user who gives the file of one product means it.
   std::set<std::pair<std::uint32_t, std::uint32_t>> products;
   for (const DeviceFiles::Esi& file : options_.files->esi) {
     for (const DeviceDescription& device : file.content.devices) {
@@ -130,7 +130,7 @@ std::pair<const DeviceDescription*, std::string> ProfileChoice::FindFamily(const
   }
   const DeviceDescription* generic = families().Find(kGeneric);
   if (!identity.vendor_id || !identity.product_code) {
-    return {generic, "identity not in the capture: judged by the EtherCAT standard"};
+    return {generic, "identity not in the capture: evaluated by the EtherCAT standard"};
   }
   auto candidates = OfModel(families(), identity);
   const bool by_model = !candidates.empty();
@@ -139,7 +139,7 @@ std::pair<const DeviceDescription*, std::string> ProfileChoice::FindFamily(const
   }
   if (candidates.empty()) {
     return {generic, "no profile for " + ProductText(identity.vendor_id, identity.product_code) +
-                         (with_esi ? ": the EtherCAT standard" : ": judged by the EtherCAT standard")};
+                         (with_esi ? ": the EtherCAT standard" : ": evaluated by the EtherCAT standard")};
   }
   std::string source = "identity in " + WhereSeen(identity);
   if (by_model) source += ", model type " + Printable(identity.model);
@@ -163,7 +163,7 @@ const DeviceDescription* ProfileChoice::Overlay(const DeviceDescription& family,
   auto& entry = overlays_[{&family, &esi}];
   if (entry == nullptr) {
     DeviceDescription merged = device::WithEsi(family, esi);
-    merged.title = family.title;  // what is judged by the family's manual is to name that manual
+    merged.title = family.title;  // what is evaluated by the family's manual is to name that manual
     entry = std::make_unique<const DeviceDescription>(std::move(merged));
   }
   return entry.get();
@@ -176,7 +176,7 @@ const DeviceDescription* ProfileChoice::WithModules(const DeviceDescription& dev
   auto entry = modular_.find({&device, *idents});
   if (entry == modular_.end()) {
     if (modular_.size() >= kMaxModular) {
-      source += ", without its modules: more than " + std::to_string(kMaxModular) + " sets of modules are told";
+      source += ", without its modules: more than " + std::to_string(kMaxModular) + " sets of modules";
       return &device;
     }
     entry = modular_.emplace(std::pair{&device, *idents}, nullptr).first;

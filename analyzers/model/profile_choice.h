@@ -1,8 +1,8 @@
 /// in: what is known of a slave's address and identity, and the user's options and files.  out: the description that it
-/// is judged by, and how that was chosen.
+/// is evaluated by, and how that was chosen.
 ///
 /// The family comes from --profile, else from the identity, else it is "generic". An ESI device of that identity lies
-/// over it: PDOs, objects, sync managers and mailbox are those of the file, while what only manuals tell (AL tables,
+/// over it: PDOs, objects, sync managers and mailbox are those of the file, while what only manuals state (AL tables,
 /// codes, limits) stays the family's. What is in the slots of a modular device comes from F030h or F050h. An ENI names
 /// slaves and fills in the identity where the capture does not show it; it never beats the capture.
 #pragma once
@@ -58,7 +58,7 @@ class ProfileChoice {
   [[nodiscard]] const device::DeviceDescription* Overlay(const device::DeviceDescription& family,
                                                          const device::DeviceDescription& esi);
   /// `device` with the modules that the slave's lists name.
-  /// @param file  the ESI, for texts  @param source  how the description was chosen; gets what there is to say
+  /// @param file  the ESI, for texts  @param source  how the description was chosen; gets notes about the file
   [[nodiscard]] const device::DeviceDescription* WithModules(const device::DeviceDescription& device,
                                                              const SlaveModel& slave, const std::string& file,
                                                              std::string& source);

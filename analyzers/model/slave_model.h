@@ -69,14 +69,10 @@ struct SlaveModel {
     touch_probe.Forget();
   }
 
-  /// Something else than process data reached the model: what was still may not be any more.
-  void Stir() { ++generation; }
-
-  std::uint64_t generation = 1;  ///< changes with everything that may make units look at process data again
   const device::DeviceDescription* profile = nullptr;  ///< never null once the slave is met
   std::string profile_source;                          ///< how it was chosen, for people
   track::IdentityLearned identity;                     ///< what is known so far; where the capture is silent, the ENI's
-  const device::EniSlave* eni = nullptr;               ///< what the ENI says of this slave; null: nothing
+  const device::EniSlave* eni = nullptr;               ///< what the ENI states of this slave; null: nothing
   std::string name;                                    ///< from ENI or ESI, else empty (untrusted text)
   AlMachine al;
   MailboxUnit mailbox;

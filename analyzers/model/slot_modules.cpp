@@ -11,7 +11,7 @@ void SlotModules::Apply(const mailbox::SdoTransfer& transfer) {
       transfer.data_gap || transfer.size_mismatch || transfer.data.empty()) {
     return;
   }
-  // The detected list cannot be written; whoever tries tells nothing of the slots.
+  // The detected list cannot be written; an attempt shows nothing of the slots.
   const bool download = transfer.service == mailbox::SdoService::kDownload;
   if (!download && transfer.service != mailbox::SdoService::kUpload) return;
   if (download && transfer.index == kDetected) return;
@@ -49,7 +49,7 @@ std::optional<std::vector<std::uint32_t>> SlotModules::List::Idents() const {
 
 std::optional<std::vector<std::uint32_t>> SlotModules::Idents() const {
   auto idents = configured_.Idents();
-  // A length of 0 stands there while a master writes the list anew.
+  // Its length is 0 while a master writes the list again.
   if (idents && !idents->empty()) return idents;
   if (auto detected = detected_.Idents()) return detected;
   return idents;

@@ -1,7 +1,7 @@
-/// Signals whose bits do not lie one behind the other in one datagram: several FMMUs map them, or the datagram ends in
+/// Signals whose bits do not lie one after the other in one datagram: several FMMUs map them, or the datagram ends in
 /// the middle of them and another one carries the rest.
 ///
-/// in: what one slave and direction have in a datagram.  out: the same bytes with these signals put together behind
+/// in: what one slave and direction have in a datagram.  out: the same bytes with these signals put together after
 /// them.
 ///
 /// Bits of several datagrams make a value only where they belong to one exchange: the same frame, or frames that follow
@@ -82,7 +82,7 @@ class SplitSignals {
  public:
   explicit SplitSignals(std::uint16_t datagram_bytes) : datagram_bytes_(datagram_bytes), bytes_(datagram_bytes) {}
 
-  /// Gives the signal its place behind the datagram; it is returned with it.
+  /// Gives the signal its place after the datagram; it is returned with it.
   const SplitSignal& Add(SplitSignal signal);
   [[nodiscard]] bool empty() const { return signals_.empty(); }
 

@@ -53,7 +53,7 @@ struct SyncManagerDemand {
 };
 
 struct SyncManagerDemands {
-  /// False: no source says which sync managers the slave has for this purpose.
+  /// False: no source states which sync managers the slave has for this purpose.
   bool known = false;
   std::vector<SyncManagerDemand> list;  ///< empty when `known`: the slave has none
 };

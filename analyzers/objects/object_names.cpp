@@ -56,7 +56,7 @@ void Take(const Rows& rows, std::uint8_t subindex, NameSource source, ObjectInfo
   info.scale = rows.entry->scale;
 }
 
-/// What the manual's list of cyclic objects says, where there is no dictionary.
+/// What the manual's list of cyclic objects states, where there is no dictionary.
 void TakeCyclic(const DeviceDescription& profile, std::uint16_t index, std::uint8_t subindex, ObjectInfo& info) {
   for (const device::PdoDirection direction : {device::PdoDirection::kRx, device::PdoDirection::kTx}) {
     const device::CyclicObject* cyclic = profile.pdo.FindCyclic(direction, index, subindex);
@@ -167,7 +167,7 @@ void ObjectNames::Learn(const mailbox::SdoInfo& info) {
   if (info.kind == mailbox::SdoInfo::Kind::kObject && !info.name.empty()) {
     objects_[info.index] = info.name;
   } else if (info.kind == mailbox::SdoInfo::Kind::kEntry) {
-    // Types that only frame a record say nothing of a value.
+    // Types that only frame a record show nothing of a value.
     const auto type = static_cast<mailbox::DataType>(info.data_type);
     const bool plain = mailbox::BitLength(type) != 0 || type == mailbox::DataType::kVisibleString ||
                        type == mailbox::DataType::kOctetString || type == mailbox::DataType::kUnicodeString;

@@ -1,6 +1,6 @@
 /// What an object of one slave is called and of which type it is, from the best source there is.
 ///
-/// Sources, best first: what the slave itself said (SDO information), its family's manual, the objects that all CoE
+/// Sources, best first: what the slave itself reported (SDO information), its family's manual, the objects that all CoE
 /// devices share, and another family of the same maker. The last one is an inference: families differ.
 #pragma once
 
@@ -37,7 +37,7 @@ struct ObjectInfo {
 
 class ObjectNames {
  public:
-  /// Objects and entries of all indices that one slave may tell; later ones are not kept.
+  /// Objects and entries of all indices that one slave may list; later ones are not kept.
   static constexpr std::size_t kMaxLearned = 16384;
 
   /// @param bytes what all slaves share for names; null: no common limit; else must outlive this

@@ -9,7 +9,7 @@ using device::EmergencyCode;
 
 namespace {
 
-/// @param wanted  says of a profile's name whether it shall be read
+/// @param wanted  decides by a profile's name whether it is read
 template <class Wanted>
 std::vector<const DeviceDescription*> RelativesThat(const DeviceDescription& profile, const Wanted& wanted) {
   std::vector<const DeviceDescription*> relatives;

@@ -1,4 +1,5 @@
-/// What the manuals of sister families say where a family's own manual is silent. Always an inference: families differ.
+/// What the manuals of sister families state where a family's own manual is silent. Always an inference: families
+/// differ.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@ namespace ecaudit::events {
 /// Families of the same maker (by vendor ID) that are the same kind of device: drives for a drive.
 [[nodiscard]] std::vector<const device::DeviceDescription*> Relatives(const device::DeviceDescription& profile);
 
-/// Those of them whose manuals list this object themselves: nobody else has more to say of it than the standard.
+/// Those of them whose manuals list this object themselves: for all others only the standard describes it.
 [[nodiscard]] std::vector<const device::DeviceDescription*> RelativesWith(const device::DeviceDescription& profile,
                                                                           std::uint16_t index);
 

@@ -1,5 +1,5 @@
-/// What the user's files say of the devices on the bus (--esi, --eni, --profiles). Read once, shared by all analyses of
-/// a run.
+/// What the user's files state about the devices on the bus (--esi, --eni, --profiles). Read once, shared by all
+/// analyses of a run.
 #pragma once
 
 #include <optional>

@@ -54,11 +54,9 @@ struct AnalysisOptions {
   std::map<std::string, std::int64_t, std::less<>> limits;
   /// What the start-up has to be like; null: nothing is expected, and the rules of the start-up stay silent.
   std::shared_ptr<const startup::Expectation> expectation;
-  bool tells_each_cycle = false;            ///< also those like the one before: slower, with the same result
   std::uint32_t shuffle_rules = 0;          ///< for tests: another order that the rules allow, with the same result
-  bool one_of_several = false;              ///< analyses at once: the other processors are theirs, no second thread
   const std::atomic<bool>* stop = nullptr;  ///< set by a signal handler: ends early, capture.complete = false
-  std::atomic<FrameNo>* reached = nullptr;  ///< holds the number of the packet at hand; null: nobody asks
+  std::atomic<FrameNo>* reached = nullptr;  ///< holds the number of the packet at hand; null: not wanted
   std::function<void(std::uint64_t bytes_done, std::uint64_t bytes_total, std::uint64_t frames)>
       progress;  ///< now and then
 };

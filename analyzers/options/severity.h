@@ -1,4 +1,4 @@
-/// How much a finding weighs; what the caller sets for a rule, and what a report says of a finding.
+/// How much a finding weighs; what the caller sets for a rule, and what a report shows of a finding.
 #pragma once
 
 #include <cstdint>

@@ -41,7 +41,7 @@ struct CaptureSummary {
   std::uint64_t returned_frames = 0;
   std::uint64_t unknown_direction_frames = 0;
   std::uint64_t foreign_frames = 0;    ///< EtherCAT frames of senders that are not this bus's master
-  std::uint64_t other_end_frames = 0;  ///< came back at the other end of a redundant line, where nobody took part
+  std::uint64_t other_end_frames = 0;  ///< came back at the other end of a redundant line, where no slave took part
   std::uint64_t other_packets = 0;     ///< no EtherCAT, or another EtherCAT type
   bus::FrameLedger frames;             ///< what became of the outbound frames
   std::uint64_t malformed_frames = 0;
@@ -87,7 +87,7 @@ struct BusSummary {
   BusDcSummary dc;
   std::uint64_t lost_frames = 0;
   std::uint64_t duplicated_frames = 0;
-  std::uint64_t unanswered_at_end = 0;  ///< outbound frames still under way when the capture ends
+  std::uint64_t unanswered_at_end = 0;  ///< outbound frames still in flight when the capture ends
   std::vector<EventBitSummary> events;  ///< bits that any slave raised
   PredictionSummary predictions;
   std::vector<RunSummary> runs;  ///< one at least
@@ -123,7 +123,7 @@ struct SyncManagerSummary {
   bool ecat_writes = false;  ///< direction: the master writes, the slave reads
   bool enabled = false;
   bool inferred = false;  ///< not every byte was seen on the wire
-  FrameNo since = 0;      ///< last frame that told something about it
+  FrameNo since = 0;      ///< last frame that showed something about it
 };
 
 /// An FMMU as last known.
@@ -237,7 +237,7 @@ struct SlaveSummary {
   PdoSummary rx_pdo;                              ///< master to slave
   PdoSummary tx_pdo;                              ///< slave to master
   std::optional<DriveSummary> drive;              ///< unset when no control or status word was seen
-  std::vector<DriveSummary> further_axes;         ///< those behind the first one that was seen
+  std::vector<DriveSummary> further_axes;         ///< those after the first one that was seen
   std::optional<DcSummary> dc;                    ///< unset when nothing was seen of its distributed clocks
   std::optional<LatchSummary> latch;              ///< unset when no latch word was seen
   std::optional<LatchSummary> touch_probe;        ///< 60B8h and 60B9h, where they were seen
@@ -252,7 +252,7 @@ struct SlaveSummary {
 struct ReachedLimit {
   std::string what;  ///< "findings that are listed one by one"
   std::uint64_t limit = 0;
-  std::uint64_t left_out = 0;  ///< at least so many
+  std::uint64_t left_out = 0;  ///< at least this many
 };
 
 struct AnalysisResult {

@@ -43,7 +43,7 @@ struct Value {
     kList            ///< `items`
   };
   Type type = Type::kNumber;
-  std::uint8_t digits = 4;  ///< kHex, kCode: at least so many; kReal: decimals
+  std::uint8_t digits = 4;  ///< kHex, kCode: at least this many; kReal: decimals
   std::int64_t number = 0;
   double real = 0;
   std::string_view unit;  ///< static storage

@@ -34,7 +34,7 @@ struct Difference {
   FrameNo frame_a = 0, frame_b = 0;  ///< of the first pair; 0: none
   bool consequence = false;          ///< follows from an outcome: steps that a start-up did not come to
   bool counts = true;                ///< false: worth knowing, and no reason to call the captures different
-  int rank = 0;                      ///< for sorting: the smaller, the more telling
+  int rank = 0;                      ///< for sorting: the smaller, the more important
 };
 
 struct CaptureDiff {

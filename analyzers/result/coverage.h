@@ -1,4 +1,4 @@
-/// How far each rule could be judged: plain data for the writers.
+/// How far each rule could be evaluated: plain data for the writers.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@ namespace ecaudit {
 
 enum class Coverage : std::uint8_t {
   kJudged,
-  kPartly,        ///< but not at every moment: a line in AnalysisResult::not_evaluable says why
-  kNotJudged,     ///< such a line says why
+  kPartly,        ///< but not at every moment: a line in AnalysisResult::not_evaluable gives the reason
+  kNotJudged,     ///< such a line gives the reason
   kNotApplicable  ///< there is nothing that the rule is about
 };
 
@@ -84,7 +84,7 @@ struct RuleCoverage {
   std::vector<SlaveCoverage> slaves;
 };
 
-/// What another capture of the same machine should hold, so that more can be judged.
+/// What another capture of the same machine should hold, so that more can be evaluated.
 struct CaptureAdvice {
   std::string text;              ///< "read AL Status (0x0130) of slave 1", without a full stop
   std::uint64_t judgements = 0;  ///< rules that it may open, each once for a slave

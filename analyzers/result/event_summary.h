@@ -28,7 +28,7 @@ struct EventRegister {
   std::uint32_t known_bits = 0;    ///< a read may have covered a part only
   std::vector<std::string> names;  ///< of the bits set
   bool inferred = false;
-  FrameNo frame = 0;  ///< 0: a broadcast before the slave was met told it
+  FrameNo frame = 0;  ///< 0: a broadcast before the slave was met showed it
 };
 
 struct EventSummary {

@@ -1,4 +1,4 @@
-/// A rule that could not be judged for any slave, for the same reason: one entry instead of one for each.
+/// A rule that could not be evaluated for any slave, for the same reason: one entry instead of one for each.
 #pragma once
 
 #include "decoder/base/ids.h"

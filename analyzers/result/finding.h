@@ -73,18 +73,18 @@ struct Finding {
 /// A finding to be filled and reported.
 [[nodiscard]] Finding Found(const FindingKind& kind, SlaveId slave, const FrameRef& first);
 
-/// What tells two findings of one rule and slave apart in all captures of one machine: kind, axis and the identity
+/// What distinguishes two findings of one rule and slave in all captures of one machine: kind, axis and the identity
 /// arguments, without texts, counts, times and frames. "refused requested=4 al_status_code=29".
 [[nodiscard]] std::string IdentityOf(const Finding& finding);
 
-/// A rule that could not be judged for a slave or the bus, and why. One entry per rule, slave and reason.
+/// A rule that could not be evaluated for a slave or the bus, and why. One entry per rule, slave and reason.
 struct NotEvaluable {
   std::string_view rule;
   SlaveId slave = kNoSlave;  ///< kNoSlave: the whole bus
   Reason reason;
   FrameNo first_frame = 0;  ///< first occasion; 0 when it holds for the whole capture
   std::uint64_t occasions = 1;
-  std::uint64_t slaves = 0;  ///< > 0: the entry stands for so many slaves that are not named
+  std::uint64_t slaves = 0;  ///< > 0: the entry stands for this many slaves that are not named
 };
 
 }  // namespace ecaudit

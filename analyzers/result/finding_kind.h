@@ -26,7 +26,7 @@ struct FindingKind {
   std::string_view title;    ///< at most 70 characters, without slave and frame; expected against actual
   std::string_view message;  ///< what was observed (frames) and expected (source)
   std::string_view next;     ///< what to do; empty only where there is nothing to do
-  /// Names of the arguments that tell two findings of this kind apart, separated by blanks: no counts, times, frames.
+  /// Names of the arguments that distinguish two findings of this kind, separated by blanks: no counts, times, frames.
   std::string_view identity = {};
 };
 

@@ -1,4 +1,4 @@
-/// Start-ups in one capture behind the one that is kept of each slave.
+/// Start-ups in one capture after the one that is kept of each slave.
 #pragma once
 
 #include "analyzers/result/analysis_result.h"
@@ -7,7 +7,7 @@
 namespace ecaudit::startup {
 
 /// The frame with which the master begins to start slaves again whose start-up was over: that of the scan before it,
-/// where the capture tells the two runs apart, else the first request to a slave. 0: it does not.
+/// where the capture separates the two runs, else the first request to a slave. 0: it does not.
 [[nodiscard]] FrameNo NextStartup(const AnalysisResult& result);
 
 }  // namespace ecaudit::startup

@@ -1,4 +1,4 @@
-/// What the report tells of the latches of one drive: plain data.
+/// What the report shows of the latches of one drive: plain data.
 #pragma once
 
 #include <cstdint>

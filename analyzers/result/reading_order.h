@@ -22,7 +22,7 @@ struct ReadingEntry {
 };
 
 /// All nodes that are not left out. Roots stand by the worst severity among them and their consequences, then by frame.
-/// Whoever reads a list that stands in this order already, or a part of it, finds it unchanged.
+/// A list, or a part of it, that is already in this order stays unchanged.
 [[nodiscard]] std::vector<ReadingEntry> ReadingOrder(std::vector<ReadingNode> nodes);
 
 }  // namespace ecaudit

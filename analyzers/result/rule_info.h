@@ -9,11 +9,11 @@
 
 namespace ecaudit {
 
-/// What a rule is about: what must be on the bus, and in the capture, for it to have something to judge.
+/// What a rule is about: what must be on the bus, and in the capture, so that there is something to evaluate.
 enum class Subject : std::uint8_t {
   kOfChapter,      ///< what the other rules of its chapter are about
   kCapture,        ///< the file
-  kBus,            ///< frames, no single slave; all that follow are judged for each slave
+  kBus,            ///< frames, no single slave; all that follow are evaluated for each slave
   kSlave,          ///< any slave
   kAlState,        ///< a slave whose AL Status is read
   kAlRequest,      ///< a slave of which states are requested
@@ -37,16 +37,16 @@ struct RuleInfo {
   Severity severity;       ///< default; where a rule has two, the higher
   /// What it finds stands in the frames that it cites: packets that the capture misses do not explain it.
   bool needs_no_history = false;
-  /// It compares with what only the manual of the family says: of a device that nobody knows it tells nothing.
+  /// It compares with what only the manual of the family states: an unknown device is not evaluable.
   bool of_family = false;
   Subject subject = Subject::kOfChapter;
   std::string_view title;   ///< one line, present tense, no full stop
-  std::string_view needs;   ///< what must be known before it can be judged
+  std::string_view needs;   ///< what must be known before it can be evaluated
   std::string_view source;  ///< document and section it rests on
   /// The sentences: all kinds of findings it reports, and all notes it adds to findings.
   std::span<const FindingKind* const> kinds = {};
   std::span<const NoteKind* const> notes = {};
-  /// Rules that have to hear each event, and finish, before this one: it looks at what they found. Nothing else may
+  /// Rules that have to receive each event, and finish, before this one: it uses their findings. Nothing else may
   /// depend on the order of rules.
   std::span<const std::string_view> after = {};
   /// Markdown with the headings What it checks, Why it matters, How it is decided, Example, What to do

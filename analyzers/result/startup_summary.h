@@ -1,4 +1,4 @@
-/// The start-up of one slave, or what the master sent to all slaves at once meanwhile: plain data for the writers,
+/// The start-up of one slave, or what the master sent to all slaves at once in between: plain data for the writers,
 /// for expectations and for the comparison of captures.
 #pragma once
 
@@ -96,7 +96,7 @@ struct StartupStep {
   /// Bytes on the wire: written, or for an upload read. Not more than the recorder keeps; `size` counts all.
   std::vector<std::uint8_t> data;
   std::uint64_t size = 0;
-  /// The value depends on the moment or the cabling (clock times, offsets, addresses): it says nothing to compare.
+  /// The value depends on the moment or the cabling (clock times, offsets, addresses): it is not compared.
   bool volatile_value = false;
   bool broadcast = false;
   /// What the master read there later, first time: registers and SDOs that were written.
@@ -120,7 +120,7 @@ struct StartupPhaseSummary {
 };
 
 struct StartupSummary {
-  /// At least one step of it is in the capture; one that begins in operation holds none.
+  /// At least one step of it is in the capture; one that starts mid-run holds none.
   bool seen = false;
   std::vector<StartupPhaseSummary> phases;  ///< by first frame
   std::vector<StartupStep> steps;           ///< by frame
@@ -130,7 +130,7 @@ struct StartupSummary {
   std::uint8_t reached = 0;                 ///< highest AL state that was seen, 0: none
   std::uint64_t again = 0;                  ///< later start-ups, which are not recorded
   FrameRef again_frame;                     ///< where the first of them begins
-  FrameRef end;                             ///< last frame that told something about it
+  FrameRef end;                             ///< last frame that showed something about it
   bool ended = false;  ///< OP was reached or left; false: the capture ends, or the slave stayed below OP
 
   [[nodiscard]] const StartupPhaseSummary* phase(StartupPhase wanted) const {

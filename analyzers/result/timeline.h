@@ -88,7 +88,7 @@ struct SlaveTimeline {
   TimeSeries mailbox;  ///< messages of both directions: count of each bucket
   std::vector<SdoRow> sdos;
   std::uint64_t sdos_left_out = 0;
-  TimeSeries phase_us;       ///< end of the frames with process data behind the last SYNC0, in OP
+  TimeSeries phase_us;       ///< end of the frames with process data after the last SYNC0, in OP
   TimeSeries difference_ns;  ///< magnitude of 0x092C as the master read it
 };
 

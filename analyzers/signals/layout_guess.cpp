@@ -67,7 +67,7 @@ std::vector<LayoutGuess::Arrangement> LayoutGuess::Candidates(std::uint16_t leng
   std::vector<Arrangement> candidates;
   const std::uint32_t count = wkc / 3U;  // a device that is read and written counts 3
   const std::uint32_t data = count * (output_bytes_ + input_bytes_);
-  // Some masters map a byte with the state of each mailbox behind the data.
+  // Some masters map a byte with the state of each mailbox after the data.
   if (count == 0 || wkc % 3U != 0 || (length != data && length != data + count)) return candidates;
   for (const Order order :
        {Order::kOutputsInputs, Order::kInputsOutputs, Order::kOutputsInputsEach, Order::kInputsOutputsEach}) {

@@ -1,8 +1,9 @@
-/// in: datagrams with process data in which nobody's place is known, and the one device that the user's ESI files
-/// describe.  out: an ENI with the places, if exactly one arrangement of so many of these devices fits everything seen.
+/// in: datagrams with process data in which no slave's place is known, and the one device that the user's ESI files
+/// describe.  out: an ENI with the places, if exactly one arrangement of a number of these devices fits everything
+/// seen.
 ///
-/// A capture that begins in operation holds neither FMMUs nor mapping. Masters pack the data of their slaves in order;
-/// length and working counter tell how many devices there are, and the bytes which arrangement it is: outputs come back
+/// A capture that starts mid-run holds neither FMMUs nor mapping. Masters pack the data of their slaves in order;
+/// length and working counter show how many devices there are, and the bytes which arrangement it is: outputs come back
 /// as they were sent, and status words show a drive state. What several arrangements fit stays unknown.
 ///
 /// Source: esc-reference 2.1 (working counter), 13 (how masters build the process image).

@@ -24,9 +24,9 @@ class ArrivalGrid {
 
   /// The grid goes on with intervals by this clock.
   [[nodiscard]] bool Follows(TimeBase base) const { return base != TimeBase::kNone && base == base_; }
-  /// @param cycle_ns about how long a cycle is, > 0; how long it is exactly, the intervals tell
+  /// @param cycle_ns about how long a cycle is, > 0; the intervals show how long it is exactly
   void Begin(TimeBase base, TimeNs cycle_ns);
-  /// @return nothing while the grid is not good enough to judge by, and where a pause ends it
+  /// @return nothing while the grid is not good enough for an evaluation, and where a pause ends it
   std::optional<Arrival> Add(TimeNs interval_ns);
   /// The rhythm does not reach over here: what comes next begins a new one.
   void End() { base_ = TimeBase::kNone; }

@@ -24,7 +24,7 @@ bool IsRhythm(Newest newest) {
 }  // namespace
 
 std::pair<const IntervalStatistics*, TimeBase> CyclicImage::Best() const {
-  // A clock that tells only of some of the frames does not tell of the cycle.
+  // A clock that covers only some of the frames does not show the cycle.
   const std::uint64_t most = std::max({by_dc.count(), by_esl.count(), by_stamp.count()});
   if (most == 0) return {&by_stamp, TimeBase::kNone};
   if (by_dc.count() * 10 >= most * 9) return {&by_dc, TimeBase::kDc};

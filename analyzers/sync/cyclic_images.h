@@ -26,8 +26,8 @@ struct CyclicImage {
   FrameNo gap_from = 0;        ///< last frame but one ...
   Interval gap;                ///< ... and how far it lies before the last, for all slaves that both of them fed
   IntervalStatistics by_dc, by_esl, by_stamp;
-  /// Median of the last intervals between frames that somebody took, renewed now and then: masters change their cycle.
-  /// Once slaves are in OP it is theirs: before, masters may send in another rhythm.
+  /// Median of the last intervals between frames that a slave accepted, renewed now and then: masters change their
+  /// cycle. Once slaves are in OP it is theirs: before, masters may send in another rhythm.
   TimeNs nominal_ns = 0;
   TimeNs spread_ns = 0;          ///< half of these intervals lie within this
   std::uint64_t nominal_of = 0;  ///< intervals so far when it was renewed
@@ -43,13 +43,13 @@ struct CyclicImage {
   }
   /// A frame with these data, once.
   /// @param was_sent its outbound copy is in the capture
-  /// @param taken  somebody took part in them
+  /// @param taken  a slave took part in them
   /// @param in_op  some slave whose data these are is in OP
-  /// @return whether it is the next behind the last one, so that `gap` counts as an interval
+  /// @return whether it is the next after the last one, so that `gap` counts as an interval
   bool Add(const FrameTime& time, bool was_sent, bool taken, bool in_op);
 
  private:
-  /// True when `frame` is the next that was sent behind `last`; frames that did not come back, or in another order,
+  /// True when `frame` is the next that was sent after `last`; frames that never returned, or in another order,
   /// would else count as cycles without data.
   [[nodiscard]] bool SentNext(FrameNo frame) const;
   /// Each clock for itself: which is best is known when all is measured.

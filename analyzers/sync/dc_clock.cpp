@@ -49,9 +49,9 @@ void DcClock::NoteDistribution(const FrameRef& frame) {
   last_distribution_ = frame;
 }
 
-/// Slaves that only write count as well: whether the reference itself answered, the data tell, which it changes. Where
-/// the outbound copy was captured behind slaves that counted, they may be changed there already, and go on from frame
-/// to frame.
+/// Slaves that only write count as well: the data, which it changes, show whether the reference itself answered. Where
+/// the outbound copy was captured downstream of slaves that counted, they may be changed there already, and go on from
+/// frame to frame.
 bool DcClock::ReferenceGave(ByteSpan data, ByteSpan sent, std::uint16_t sent_wkc) const {
   if (!SameBytes(sent, data)) return true;
   if (sent_wkc == 0) return false;

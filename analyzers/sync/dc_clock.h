@@ -21,7 +21,7 @@ class DcClock {
 
   [[nodiscard]] SlaveId reference() const { return reference_; }
   [[nodiscard]] std::uint64_t samples() const { return samples_; }
-  /// The last sample; epoch tells whether it still counts.
+  /// The last sample; epoch shows whether it still counts.
   [[nodiscard]] const std::optional<DcTime>& last() const { return last_; }
   [[nodiscard]] const FrameRef& last_frame() const { return last_frame_; }
   [[nodiscard]] std::uint32_t epoch() const { return epoch_; }

@@ -139,7 +139,7 @@ DcUnit::Change DcUnit::OnActivation(const track::SlaveAccess& access, const esc:
   settings.activation = now;
   active_ = settings;
   cycle_rewritten_ = {};
-  last_active_ = told_ = settings;
+  last_active_ = activated_ = settings;
   return written ? Change::kSwitchedOn : Change::kNone;
 }
 
@@ -162,7 +162,7 @@ void DcUnit::BeginAnew() {
   } else if (left_on_ && left_on_->off != 0) {
     left_on_.reset();
   }
-  // What was off is off behind a power cycle, too.
+  // What was off is off after a power cycle, too.
   if (activation_ && activation_->active()) activation_.reset();
   active_.reset();
   last_active_.reset();
@@ -189,12 +189,12 @@ DcSummary DcUnit::Summary(const esc::RegisterImage& registers) const {
   }
   s.assignment = registers.Value<std::uint8_t>(esc::kCyclicUnitControl);
   if (told_activation_) s.activation = told_activation_->raw;
-  if (told_) {
-    s.activated = told_->frame;
-    s.activated_with = told_->activation.raw;
-    s.start_time_ns = told_->start_ns;
-    s.sync0_cycle_ns = told_->sync0_cycle_ns;
-    s.sync1_cycle_ns = told_->sync1_cycle_ns;
+  if (activated_) {
+    s.activated = activated_->frame;
+    s.activated_with = activated_->activation.raw;
+    s.start_time_ns = activated_->start_ns;
+    s.sync0_cycle_ns = activated_->sync0_cycle_ns;
+    s.sync1_cycle_ns = activated_->sync1_cycle_ns;
   }
   for (std::size_t i = 0; i < 2; ++i) {
     s.latch_control[i] = registers.Value<std::uint8_t>(static_cast<EscAddress>(esc::kLatchControl + i));

@@ -55,7 +55,7 @@ class DcUnit {
   /// The settings of the last time it was on, since the slave was set up.
   [[nodiscard]] const std::optional<SyncSettings>& last_active() const { return last_active_; }
   /// The same, of whichever run.
-  [[nodiscard]] const std::optional<SyncSettings>& told() const { return told_; }
+  [[nodiscard]] const std::optional<SyncSettings>& activated() const { return activated_; }
   /// Set where the clock was set while the pulses of the run before went on.
   [[nodiscard]] std::optional<SyncLeftOn> left_on() const {
     return left_on_ && left_on_->clock_set != 0 ? left_on_ : std::nullopt;
@@ -82,11 +82,11 @@ class DcUnit {
     return difference_reads_ > 0 ? std::optional(difference_last_) : std::nullopt;
   }
   /// Something of the unit was read or configured by the slave's own address.
-  [[nodiscard]] bool touched() const { return present_ || latched_.seen() || told_; }
+  [[nodiscard]] bool touched() const { return present_ || latched_.seen() || activated_; }
 
   /// Whether the slave takes this write is not known.
   void Doubt(const track::SlaveAccess& access);
-  /// The slave is set up anew: what SYNC0 does now nobody knows until it is written or read.
+  /// The slave is set up again: what SYNC0 does is unknown until it is written or read.
   void BeginAnew();
 
   [[nodiscard]] DcSummary Summary(const esc::RegisterImage& registers) const;
@@ -107,7 +107,7 @@ class DcUnit {
   std::optional<SyncSettings> active_, last_active_;
   std::optional<SyncLeftOn> left_on_;
   // For reports: as they were last, whichever run that was.
-  std::optional<SyncSettings> told_;
+  std::optional<SyncSettings> activated_;
   std::optional<esc::SyncActivation> told_activation_;
   FrameRef cycle_configured_;
   FrameRef cycle_rewritten_;

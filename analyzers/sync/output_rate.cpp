@@ -57,7 +57,7 @@ bool OutputRate::Renew(const CyclicImage& image, TimeNs configured, bool frames_
   return false;
 }
 
-void OutputRate::Add(const Interval& interval, const FrameRef& from, const FrameRef& to) {
+void OutputRate::AddAny(const Interval& interval, const FrameRef& from, const FrameRef& to) {
   if (interval.base == TimeBase::kNone) return;
   if (interval.ns > kPause * nominal_ + nominal_ / 2) {
     open_ns_ = open_ = 0;
@@ -96,16 +96,6 @@ void OutputRate::Add(const Interval& interval, const FrameRef& from, const Frame
   } else {
     Close(open_ns_ + interval.ns, to);
   }
-}
-
-void OutputRate::AddRun(const IntervalRun& run) {
-  intervals_ += run.count;
-  seen_ += run.count;
-  off_ += run.off;
-  most_off_ = std::max(most_off_, run.most_off);
-  sum_.ns += run.ns;
-  sum_.cycles += run.count;
-  sum_.last = run.last;
 }
 
 /// The strange intervals are about the same: those of frames that are lost or late at random are not.

@@ -1,9 +1,10 @@
 /// in: intervals between frames with outputs for one slave in OP.  out: their mean, pauses left out.
 ///
 /// An interval of n cycles counts as n. Where jitter leaves open how many an interval is, it counts together with those
-/// behind it, until their sum is about a whole number: what is late now is early then.
+/// after it, until their sum is about a whole number: what is late now is early then.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 
@@ -11,14 +12,6 @@
 #include "analyzers/sync/time_base.h"
 
 namespace ecaudit::sync {
-
-/// Intervals that are about a cycle each, one behind the other.
-struct IntervalRun {
-  std::uint64_t count = 0;
-  TimeNs ns = 0;                 ///< all of them
-  TimeNs off = 0, most_off = 0;  ///< from the cycle: all of them, and the one that is off most
-  FrameRef last;
-};
 
 class OutputRate {
  public:
@@ -30,7 +23,7 @@ class OutputRate {
   [[nodiscard]] double JitterShare() const;
   /// Length of all of them.
   [[nodiscard]] TimeNs ns() const { return sum_.ns; }
-  /// Median of the intervals: where it keeps to a cycle, a mean that does not tells of pauses.
+  /// Median of the intervals: where it keeps to a cycle, a mean that does not shows pauses.
   [[nodiscard]] TimeNs usual() const { return usual_; }
   [[nodiscard]] TimeBase base() const { return base_; }
   [[nodiscard]] const FrameRef& first() const { return first_; }
@@ -42,38 +35,30 @@ class OutputRate {
   }
   /// Takes the median of `image`, or the configured cycle where that is about it.
   /// @param configured cycle by the master's settings, 0 when not known
-  /// @param frames_missing  between those that were added last others were sent: no other rhythm is to be told by them
+  /// @param frames_missing  between those that were added last others were sent: no other rhythm is to be concluded
+  /// from them
   /// @return whether the frames came to another rhythm. Then this ends where they kept the old one for certain
   bool Renew(const CyclicImage& image, TimeNs configured, bool frames_missing);
-  /// Renew() would say so, were no frames missing.
+  /// Renew() would report it if no frames were missing.
   [[nodiscard]] bool MayTurn(const CyclicImage& image, TimeNs configured) const {
     return LookAt(image, configured).turned;
   }
-  /// The frame behind which the intervals lie by which it would.
+  /// The frame after which the intervals lie by which it would.
   [[nodiscard]] FrameNo turn_from() const { return strange_ > 0 ? turn_from_.number : firm_.last.number; }
-  /// After that: the intervals behind the place where it did are the first of the new one.
+  /// After that: the intervals after the place where it did are the first of the new one.
   /// @param last  where these end
   void GoOnFromTurn(const FrameRef& last);
-  void Add(const Interval& interval, const FrameRef& from, const FrameRef& to);
-  /// The last interval was one cycle by this clock, and nothing is open behind it.
-  [[nodiscard]] bool IsCalm(TimeBase base) const {
-    constexpr TimeNs kFar = TimeNs{1} << 60U;
-    return base == base_ && sum_.cycles > 0 && open_ == 0 && strange_ == 0 && sum_.ns < kFar && off_ < kFar;
+  void Add(const Interval& interval, const FrameRef& from, const FrameRef& to) {
+    if (!AddOne(interval, to)) AddAny(interval, from, to);
   }
-  /// What an interval is compared with, ns.
-  [[nodiscard]] TimeNs nominal() const { return nominal_; }
-  /// It is one cycle, and of the rhythm so far.
-  [[nodiscard]] static bool IsOne(TimeNs interval, TimeNs nominal) {
-    return std::abs(interval - nominal) <= nominal / kSame;
-  }
-  /// Add() of each of a run of which each IsOne(), where this IsCalm().
-  void AddRun(const IntervalRun& run);
   /// What follows has nothing to do with what was so far, but for the clock.
   void BeginAnew();
 
  private:
   /// By no more than this part of a cycle two rhythms, or an interval and the cycle, are the same.
   static constexpr TimeNs kSame = 8;
+  /// Sums of intervals stay far below what fits.
+  static constexpr TimeNs kFar = TimeNs{1} << 60U;
 
   struct Sum {
     std::uint64_t cycles = 0;
@@ -90,6 +75,23 @@ class OutputRate {
     bool other = false, turned = false;
   };
   [[nodiscard]] Look LookAt(const CyclicImage& image, TimeNs configured) const;
+  /// Nearly always: one cycle by the clock so far, and nothing is open.
+  [[nodiscard]] bool AddOne(const Interval& interval, const FrameRef& to) {
+    const TimeNs off = std::abs(interval.ns - nominal_);
+    if (off > nominal_ / kSame || interval.base != base_ || sum_.cycles == 0 || open_ != 0 || sum_.ns > kFar) {
+      return false;
+    }
+    ++intervals_;
+    ++seen_;
+    off_ += off;
+    most_off_ = std::max(most_off_, off);
+    strange_ = 0;
+    sum_.ns += interval.ns;
+    ++sum_.cycles;
+    sum_.last = to;
+    return true;
+  }
+  void AddAny(const Interval& interval, const FrameRef& from, const FrameRef& to);
   void BeginTurn(const FrameRef& from);
   [[nodiscard]] bool IsRhythm() const;
   [[nodiscard]] TimeNs OffOf(TimeNs interval) const;

@@ -103,14 +103,9 @@ void OutputWatch::ReadStatusWord(const model::SlaveModel& slave, const model::Lo
     if (word != nullptr && word->bits == 16 && word->bit_offset % 8 == 0) status_at_ = word->bit_offset / 8;
   }
   status_word.reset();
-  if (const auto at = StatusWordAt(share, data.size())) status_word = LittleEndian<std::uint16_t>(data, *at);
-}
-
-std::optional<std::size_t> OutputWatch::StatusWordAt(const model::LogicalShare& share, std::size_t length) const {
-  if (!status_at_ || *status_at_ + 2 > share.input_bytes) return std::nullopt;
+  if (!status_at_ || *status_at_ + 2 > share.input_bytes) return;
   const std::size_t at = std::size_t{share.input_offset} + *status_at_;
-  if (at + 2 > length) return std::nullopt;
-  return at;
+  if (at + 2 <= data.size()) status_word = LittleEndian<std::uint16_t>(data, at);
 }
 
 }  // namespace ecaudit::sync

@@ -1,6 +1,6 @@
 /// in: frames with outputs for one slave.  out: how they arrive.
 ///
-/// keeps: the last frame and what the slave said of itself, its rate, its rhythm, and its phase to SYNC0.
+/// keeps: the last frame and the slave's own measurements, its rate, its rhythm, and its phase to SYNC0.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct OutputWatch {
   FrameNo last_sent = 0;
   bool in_op = false;        ///< when the last frame came
   FrameRef op_since;         ///< it is known to be in OP since this frame; not seen: it is not in OP
-  bool may_be_hole = false;  ///< the capture may miss frames behind the last one
+  bool may_be_hole = false;  ///< the capture may miss frames after the last one
   std::uint64_t frames_in_op = 0;
   const CyclicImage* image = nullptr;
   TimeNs watchdog_ns = 100'000'000;  ///< as set, else as after power-on; 0 is off
@@ -43,12 +43,6 @@ struct OutputWatch {
 
   /// The frame at hand brought outputs.
   void Add(const FrameTime& time, FrameNo sent, const CyclicImage* of, bool slave_in_op);
-  /// Add() of `count` frames of these data to a slave that was and is in OP, of which this is the last.
-  void AddRun(std::uint64_t count, const FrameTime& time, FrameNo sent) {
-    frames_in_op += count;
-    last = time;
-    last_sent = sent;
-  }
   /// It got the last outputs in OP, as far as is known.
   [[nodiscard]] bool FedInOp() const {
     return seen && (in_op || (op_since.seen() && last.frame.number >= op_since.number));
@@ -57,13 +51,13 @@ struct OutputWatch {
   [[nodiscard]] bool Waits() const { return op_since.seen() || FedInOp(); }
   /// Since when it does; unset when it is not known to be in OP.
   [[nodiscard]] std::optional<FrameTime> WaitsSince() const;
-  /// How far the frame at hand lies behind that.
+  /// How far the frame at hand lies after that.
   [[nodiscard]] Interval GapTo(const FrameTime& time, const CyclicImage* of) const {
     // Nearly always: the gap is the same for all slaves that both frames fed.
     if (of != nullptr && of == image && of->gap_from == last.frame.number && FedInOp()) return of->gap;
     return GapByClocks(time);
   }
-  /// From which length on a gap is told, ns; 0: none is.
+  /// From which length on a gap is reported, ns; 0: none is.
   [[nodiscard]] TimeNs GapLimit(const CyclicImage* of) const {
     const bool known = of != nullptr && of->has_nominal();
     const TimeNs by_cycle = known ? of->nominal_ns + of->nominal_ns / 2 : 0;
@@ -72,7 +66,7 @@ struct OutputWatch {
   }
   /// Of this gap, as far as the watch knows it.
   [[nodiscard]] OutputGap Describe(SlaveId slave, const Interval& gap) const;
-  /// The slave is set up anew.
+  /// The slave is set up again.
   void BeginAnew();
   /// The slave is to leave OP, or has left it, as the master asked.
   void LeaveOp();
@@ -82,8 +76,6 @@ struct OutputWatch {
   void OnHole(bool certain);
   /// @param data of a logical datagram to which the slave gave `share`
   void ReadStatusWord(const model::SlaveModel& slave, const model::LogicalShare& share, ByteSpan data);
-  /// Where in such data it lies; unset when it does not. Meaningful as long as the layout is that of the last one read.
-  [[nodiscard]] std::optional<std::size_t> StatusWordAt(const model::LogicalShare& share, std::size_t length) const;
 
  private:
   [[nodiscard]] Interval GapByClocks(const FrameTime& time) const;

@@ -14,12 +14,12 @@ bool PllWatch::Concerns(const mailbox::SdoTransfer& transfer, const model::Slave
 }
 
 std::optional<PllMeasured> PllWatch::On(const mailbox::SdoTransfer& transfer, const model::SlaveModel& slave,
-                                        bool judged, std::uint64_t frames_in_op) {
+                                        bool evaluated, std::uint64_t frames_in_op) {
   const device::SyncDescription& family = slave.profile->sync;
   const auto actual = model::ValueOf(slave, family.sync_actual);
   if (!actual) return std::nullopt;
   ++reads_;
-  if (!judged) return std::nullopt;
+  if (!evaluated) return std::nullopt;
   PllMeasured e;
   e.slave = transfer.slave;
   e.frame = transfer.response;

@@ -1,4 +1,4 @@
-/// in: SDO transfers of one drive.  out: PllMeasured, where it told how far its PLL is from where it should be.
+/// in: SDO transfers of one drive.  out: PllMeasured, where it reported how far its PLL is from where it should be.
 ///
 /// keeps: how often it did, and how often that was outside the window.
 #pragma once
@@ -15,9 +15,9 @@ namespace ecaudit::sync {
 
 class PllWatch {
  public:
-  /// @param judged        it is in OP with SYNC0 on
+  /// @param evaluated        it is in OP with SYNC0 on
   /// @param frames_in_op  with outputs for it: the PLL may still be pulling in
-  std::optional<PllMeasured> On(const mailbox::SdoTransfer& transfer, const model::SlaveModel& slave, bool judged,
+  std::optional<PllMeasured> On(const mailbox::SdoTransfer& transfer, const model::SlaveModel& slave, bool evaluated,
                                 std::uint64_t frames_in_op);
   /// The transfer reads the object that holds SYNCACT in this family.
   [[nodiscard]] static bool Concerns(const mailbox::SdoTransfer& transfer, const model::SlaveModel& slave);

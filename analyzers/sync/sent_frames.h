@@ -41,8 +41,8 @@ class SentFrames {
     const FrameFacts& facts = facts_[number % kFacts];
     return number != 0 && facts.number == number ? &facts : nullptr;
   }
-  /// Frames with outputs for the slave with these FMMUs that were sent behind `before` and before `after` (0: until
-  /// now), and did not come back.
+  /// Frames with outputs for the slave with these FMMUs that were sent after `before` and before `after` (0: until
+  /// now), and never returned.
   [[nodiscard]] std::uint64_t UnreturnedBetween(FrameNo before, FrameNo after, const track::KnownFmmus& fmmus) const;
 
  private:

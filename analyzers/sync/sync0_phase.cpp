@@ -9,13 +9,6 @@
 #include "decoder/base/wrapping.h"
 
 namespace ecaudit::sync {
-namespace {
-
-/// How well the slaves' clocks agree with the reference when nothing says better: what counts as synchronised.
-constexpr TimeNs kClocksAgree = 1000;
-
-}  // namespace
-
 Sync0Phase::Arrival Sync0Phase::Add(const DcUnit& unit, const FrameRef& frame, const DcTime& now, bool wide,
                                     std::int64_t way_ns, TimeNs doubt_ns) {
   Arrival arrival;
@@ -23,11 +16,8 @@ Sync0Phase::Arrival Sync0Phase::Add(const DcUnit& unit, const FrameRef& frame, c
   Follow(settings, frame, now, wide);
   if (!has_start_) return arrival;
   const auto cycle = static_cast<std::int64_t>(*settings.sync0_cycle_ns);
-  // Clocks come from the capture and may hold anything: unsigned numbers wrap where signed ones must not.
-  const auto since =
-      static_cast<std::int64_t>(WrappingDifference(WrappingSum(now.ns, static_cast<std::uint64_t>(way_ns)), start_ns_));
-  constexpr std::int64_t kNever = std::int64_t{1} << 62U;
-  uncertainty_ = std::max<TimeNs>(kClocksAgree, unit.last_difference_ns().value_or(0)) + doubt_ns;
+  const std::int64_t since = Since(now, way_ns);
+  uncertainty_ = UncertaintyOf(unit) + doubt_ns;
   if (since < uncertainty_ || since > kNever) {  // SYNC0 has not begun
     has_slot_ = false;
     return arrival;
@@ -46,7 +36,6 @@ Sync0Phase::Arrival Sync0Phase::Add(const DcUnit& unit, const FrameRef& frame, c
   has_slot_ = true;
   slot_ = slot;
   since_ = since;
-  last_frame_ = frame.number;
   return arrival;
 }
 
@@ -77,7 +66,7 @@ void Sync0Phase::Follow(const SyncSettings& settings, const FrameRef& frame, con
 }
 
 /// The first pulse, by the clock. What it reads at the frame at hand may have wrapped since SYNC was switched on, and
-/// no cycle goes into 2^32 ns: the time since then, which the stamps tell, leads to the lap that was meant.
+/// no cycle goes into 2^32 ns: the time since then, which the stamps show, leads to the lap that was meant.
 std::optional<std::uint64_t> Sync0Phase::StartOf(const SyncSettings& settings, const FrameRef& frame, const DcTime& now,
                                                  bool wide) {
   if (settings.start_is_64_bit && wide) return settings.start_ns;
@@ -128,58 +117,7 @@ std::size_t Sync0Phase::BinOf(TimeNs phase, std::int64_t cycle) const {
   return std::min<std::uint64_t>(bin, bins_.size() - 1);
 }
 
-/// The last phase, and by how much each of the run differs from it, is all that Add() would ask for.
-void Sync0Phase::AddRun(const PhaseRun& run) {
-  const auto count = static_cast<std::int64_t>(run.shifts_ns.size());
-  CountRun(run, since_ - last_pulse_);
-  pulses_ += count;
-  last_pulse_ += count * run.cycle_ns;
-  since_ += count * run.cycle_ns + run.shifts_ns.back();
-  slot_ = {pulses_, pulses_};
-  last_frame_ = run.last.number;
-  // Each had its pulse: they lead by the same number all the time, and the last frame is the newest to show it.
-  const std::int64_t lead = pulses_ - static_cast<std::int64_t>(frames_);
-  if (lead >= least_.pulses) least_ = {lead, frames_, run.last};
-  if (lead <= most_.pulses) most_ = {lead, frames_, run.last};
-}
-
-/// Count() of each frame of the run.
-/// @param phase of the frame before it
-void Sync0Phase::CountRun(const PhaseRun& run, TimeNs phase) {
-  const auto count = static_cast<std::int64_t>(run.shifts_ns.size());
-  const TimeNs least = phase + run.least.shift_ns;
-  const TimeNs most = phase + run.most.shift_ns;
-  min_ = std::min(min_, least);
-  max_ = std::max(max_, most);
-  // Of all between two phases one of these two is nearest to a pulse; of two equal ones the first counts.
-  const TimeNs of_least = std::min(least, run.cycle_ns - least);
-  const TimeNs of_most = std::min(most, run.cycle_ns - most);
-  const bool at_most = of_most < of_least || (of_most == of_least && run.most.frame.number < run.least.frame.number);
-  if (const TimeNs margin = std::min(of_least, of_most); margin < margin_) {
-    margin_ = margin;
-    margin_frame_ = at_most ? run.most.frame : run.least.frame;
-  }
-  frames_ += run.shifts_ns.size();
-  const TimeNs apart = Apart(least, run.cycle_ns) - run.least.shift_ns;
-  if (Apart(most, run.cycle_ns) - run.most.shift_ns == apart) {  // nothing between goes the other way round
-    sum_ += Signed128{apart} * count + run.sum;
-    squares_ += Signed128{apart} * apart * count + Signed128{2 * apart} * run.sum + run.squares;
-  } else {
-    for (const std::int32_t shift : run.shifts_ns) {
-      const TimeNs one = Apart(phase + shift, run.cycle_ns);
-      sum_ += one;
-      squares_ += Signed128{one} * one;
-    }
-  }
-  const std::size_t first_bin = BinOf(least, run.cycle_ns);
-  if (BinOf(most, run.cycle_ns) == first_bin) {
-    bins_[first_bin] += run.shifts_ns.size();
-  } else {
-    for (const std::int32_t shift : run.shifts_ns) ++bins_[BinOf(phase + shift, run.cycle_ns)];
-  }
-}
-
-/// Near a pulse nobody can say on which side of it the frame arrived.
+/// Near a pulse it is unknown on which side of it the frame arrived.
 Sync0Phase::Slot Sync0Phase::SlotOf(std::int64_t since, std::int64_t pulses, std::int64_t cycle, TimeNs uncertainty) {
   const TimeNs phase = since - pulses * cycle;
   if (uncertainty >= cycle) return {(since - uncertainty) / cycle, (since + uncertainty) / cycle};

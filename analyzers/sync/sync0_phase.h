@@ -1,46 +1,30 @@
 /// in: frames with outputs for one slave, by the DC clock.  out: where each lies between two pulses of SYNC0.
 ///
-/// keeps: the statistics of all of them, the pulses that the last one came behind, and by how many the pulses can be
+/// keeps: the statistics of all of them, the pulses that the last one came after, and by how many the pulses can be
 /// ahead of the frames if each had one so far.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <span>
-#include <utility>
 
 #include "analyzers/result/dc_summary.h"
 #include "analyzers/sync/dc_unit.h"
 #include "analyzers/sync/time_base.h"
 #include "decoder/base/wide_integers.h"
+#include "decoder/base/wrapping.h"
 
 namespace ecaudit::sync {
-
-/// Frames with outputs that came behind one pulse of SYNC0 each, every one behind the next. How far they lie from the
-/// place between two pulses where the frame before them was is the same at all slaves that they feed.
-struct PhaseRun {
-  /// One that is further ahead, or further behind, than those before it.
-  struct End {
-    std::int64_t shift_ns = 0;
-    FrameRef frame;
-  };
-  std::int64_t cycle_ns = 0;
-  std::span<const std::int32_t> shifts_ns;  ///< of each frame
-  std::int64_t sum = 0;                     ///< of these
-  std::int64_t squares = 0;                 ///< of their squares
-  End least, most;
-  FrameRef last;
-};
 
 class Sync0Phase {
  public:
   struct Arrival {
     bool measured = false;
     TimeNs phase_ns = 0;      ///< since the SYNC0 before it
-    bool doubled = false;     ///< two frames came behind the same pulse
+    bool doubled = false;     ///< two frames came after the same pulse
     std::uint64_t empty = 0;  ///< pulses without a frame
-    /// Seen: it is certain only of all frames behind this one, `frames` of them, that crept over a pulse. Else these
+    /// Seen: it is certain only of all frames after this one, `frames` of them, that crept over a pulse. Else these
     /// are the one before and this one.
     FrameRef since;
     std::uint64_t frames = 0;
@@ -62,20 +46,34 @@ class Sync0Phase {
   /// @param doubt_ns  how wrong `now` may be besides, mostly: stamps know no bound; 0: the frame itself carried it
   Arrival Add(const DcUnit& unit, const FrameRef& frame, const DcTime& now, bool wide, std::int64_t way_ns,
               TimeNs doubt_ns = 0);
-  /// The frame at hand was the last one here, and nothing stands out of it or is told of what comes behind it as far
-  /// as MayShift() allows.
-  [[nodiscard]] bool IsCalm(const DcUnit& unit, const FrameRef& frame) const {
-    return has_slot_ && !begins_anew_ && unit.active() && settings_frame_.number == unit.active()->frame.number &&
-           last_frame_ == frame.number && last_pulse_ >= 0 && slot_.least == pulses_ && slot_.most == pulses_;
+  /// Add() of a frame that carried the time itself and came after the next pulse, as nearly all do.
+  /// @return false: it did not, and nothing was done
+  [[nodiscard]] bool AddNext(const DcUnit& unit, const FrameRef& frame, const DcTime& now, std::int64_t way_ns) {
+    const SyncSettings& settings = *unit.active();
+    if (!has_slot_ || begins_anew_ || settings_frame_.number != settings.frame.number || epoch_ != now.epoch) {
+      return false;
+    }
+    const auto cycle = static_cast<std::int64_t>(*settings.sync0_cycle_ns);
+    const std::int64_t since = Since(now, way_ns);
+    if (last_pulse_ < 0 || since <= since_ || since > kNever || since - since_ >= cycle + cycle / 2) return false;
+    const TimeNs phase = since - last_pulse_ - cycle;
+    const TimeNs uncertainty = UncertaintyOf(unit);
+    const std::int64_t lead = pulses_ + 1 - static_cast<std::int64_t>(frames_ + 1);
+    if (phase < uncertainty || phase >= cycle - uncertainty || slot_.least != pulses_ || slot_.most != pulses_ ||
+        lead != least_.pulses || lead != most_.pulses) {
+      return false;
+    }
+    uncertainty_ = uncertainty;
+    ++pulses_;
+    last_pulse_ += cycle;
+    since_ = since;
+    Count(frame, phase, cycle);
+    slot_ = {pulses_, pulses_};
+    least_ = most_ = {lead, frames_, frame};
+    return true;
   }
-  /// By how much further ahead or behind the last frame the next ones may lie in their cycles, so that it is sure which
-  /// pulse each came behind: least and most, both included.
-  [[nodiscard]] std::pair<std::int64_t, std::int64_t> MayShift(std::int64_t cycle) const {
-    const std::int64_t phase = since_ - last_pulse_;
-    return {uncertainty_ - phase, cycle - uncertainty_ - 1 - phase};
-  }
-  /// Add() of each frame of a run that MayShift() allows, behind a frame that IsCalm().
-  void AddRun(const PhaseRun& run);
+  /// How far the last frame came after its pulse.
+  [[nodiscard]] TimeNs last_ns() const { return since_ - last_pulse_; }
   /// The next frame is not compared with the last one.
   void End() { has_slot_ = false; }
   /// What comes next is measured for itself; until then what was measured last counts.
@@ -85,12 +83,12 @@ class Sync0Phase {
   }
 
   [[nodiscard]] std::uint64_t frames() const { return frames_; }
-  /// How far behind a pulse the frames arrived so far, on average: just before one and just behind it is at it, not in
+  /// How far after a pulse the frames arrived so far, on average: just before one and just after it is at it, not in
   /// the middle.
   [[nodiscard]] TimeNs UsualNs(TimeNs cycle) const;
   /// How well the slave's clock is known to agree with the reference, ns.
   [[nodiscard]] TimeNs uncertainty_ns() const { return uncertainty_; }
-  /// Frames so near to a pulse that nobody knows on which side, and the first of them.
+  /// Frames so near to a pulse that the side is unknown, and the first of them.
   [[nodiscard]] std::uint64_t undecided() const { return undecided_; }
   [[nodiscard]] const FrameRef& first_undecided() const { return first_undecided_; }
   /// Intervals without a frame or with two were found.
@@ -99,6 +97,10 @@ class Sync0Phase {
   [[nodiscard]] SyncPhase Summary(std::uint32_t cycle_ns) const;
 
  private:
+  /// How well the slaves' clocks agree with the reference if nothing better is known: what counts as synchronised.
+  static constexpr TimeNs kClocksAgree = 1000;
+  static constexpr std::int64_t kNever = std::int64_t{1} << 62U;
+
   /// How many pulses were before a frame.
   struct Slot {
     std::int64_t least = 0, most = 0;
@@ -114,8 +116,15 @@ class Sync0Phase {
   void Follow(const SyncSettings& settings, const FrameRef& frame, const DcTime& now, bool wide);
   [[nodiscard]] static std::optional<std::uint64_t> StartOf(const SyncSettings& settings, const FrameRef& frame,
                                                             const DcTime& now, bool wide);
+  /// Clocks come from the capture and may hold anything: unsigned numbers wrap where signed ones must not.
+  [[nodiscard]] std::int64_t Since(const DcTime& now, std::int64_t way_ns) const {
+    return static_cast<std::int64_t>(
+        WrappingDifference(WrappingSum(now.ns, static_cast<std::uint64_t>(way_ns)), start_ns_));
+  }
+  [[nodiscard]] static TimeNs UncertaintyOf(const DcUnit& unit) {
+    return std::max<TimeNs>(kClocksAgree, unit.last_difference_ns().value_or(0));
+  }
   void Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle);
-  void CountRun(const PhaseRun& run, TimeNs phase);
   /// From the first frame, the shorter way round.
   [[nodiscard]] TimeNs Apart(TimeNs phase, std::int64_t cycle) const {
     TimeNs apart = phase - origin_;
@@ -133,7 +142,6 @@ class Sync0Phase {
   std::uint32_t epoch_ = 0;
   std::uint64_t start_ns_ = 0;                 // by the clock, where that is known
   std::int64_t pulses_ = 0, last_pulse_ = -1;  // before the last frame, and when; -1: unknown
-  FrameNo last_frame_ = 0;
   bool has_slot_ = false;
   bool begins_anew_ = true;
   bool has_start_ = false;
@@ -142,7 +150,7 @@ class Sync0Phase {
   Lead least_, most_;       // with one pulse for each frame since a frame that did not follow on another
   std::uint64_t frames_ = 0, empty_ = 0, doubled_ = 0, undecided_ = 0;
   FrameRef first_undecided_;
-  TimeNs origin_ = 0;      // phase of the first frame, from which the others are told ...
+  TimeNs origin_ = 0;      // phase of the first frame, from which the others are measured ...
   Signed128 sum_ = 0;      // ... the shorter way round: the sum of that, and ...
   Signed128 squares_ = 0;  // ... of its squares
   TimeNs min_ = 0, max_ = 0, margin_ = 0, uncertainty_ = 0;

@@ -27,7 +27,7 @@ struct SyncSwitchedOn {
   bool low_half_only = false;  ///< start or time have 32 bit: only their difference modulo 2^32 counts
 };
 
-/// The drive told by SDO how far its PLL is from where it should be (SYNCACT), while in OP with SYNC0 on.
+/// The drive reported by SDO how far its PLL is from where it should be (SYNCACT), while in OP with SYNC0 on.
 struct PllMeasured {
   SlaveId slave = kNoSlave;
   FrameRef frame;  ///< of the answer
@@ -66,13 +66,13 @@ struct OutputGap {
   std::optional<std::uint16_t> status_word;  ///< 6041h in the frame before, where it is mapped
 };
 
-/// A slave is set up anew, or the bus is: what was measured of it since the last time is judged now or not at all.
+/// A slave is set up again, or the bus is: what was measured of it since the last time is evaluated now or not at all.
 struct SlaveRunEnded {
   SlaveId slave = kNoSlave;
 };
 
 /// The outputs of a slave come in another rhythm from here on, by other settings, or no more in OP: how they came since
-/// the last time is judged now or not at all.
+/// the last time is evaluated now or not at all.
 struct RateEnded {
   SlaveId slave = kNoSlave;
 };
@@ -89,7 +89,7 @@ struct SyncSlotMiss {
   TimeNs phase_ns = 0;  ///< of `frame`: since the SYNC0 before it
   TimeNs uncertainty_ns = 0;
   bool by_stamps =
-      false;  ///< the DC time was in another frame of the cycle; how much later this one came, the stamps tell
+      false;  ///< the DC time was in another frame of the cycle; the stamps show how much later this one came
   std::uint64_t unreturned = 0;  ///< as in OutputGap
 };
 

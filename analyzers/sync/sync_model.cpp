@@ -23,7 +23,7 @@ constexpr std::uint32_t kFcsBytes = 4;
 constexpr std::uint32_t kMinFrameBytes = 60;
 /// Value of 0x0420 after power-on.
 constexpr std::uint16_t kDefaultWatchdogSteps = 1000;
-/// Slaves are synchronised within it, ns: a delay that was measured anew differs by less.
+/// Slaves are synchronised within it, ns: a delay that was measured again differs by less.
 constexpr std::int64_t kSameDelay = 1000;
 
 /// Whether an access reads or writes some of `bytes` registers from `first` on.
@@ -31,16 +31,11 @@ bool Touches(const track::SlaveAccess& access, EscAddress first, std::size_t byt
   return access.address < first + bytes && access.address + access.length() > first;
 }
 
-/// Slaves may take outputs from it.
-bool BringsOutputs(const ProcessDatagram& datagram) {
-  return datagram.command != wire::Command::LRD && (datagram.wkc != 0 || datagram.assumed);
-}
-
 }  // namespace
 
 TimeNs ConfiguredOr(const model::SlaveModel& slave, TimeNs measured) {
   const std::optional<TimeNs> configured = model::InterpolationTime(slave);
-  // More than a tenth off is another cycle: sync-cycle-mismatch tells.
+  // More than a tenth off is another cycle: sync-cycle-mismatch reports it.
   return configured && std::abs(measured - *configured) <= *configured / 10 ? *configured : measured;
 }
 
@@ -51,9 +46,8 @@ const device::JitterLimit* LimitFor(const model::SlaveModel& slave, TimeNs measu
 
 SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
     : bus_(model), sink_(bus), trust_(pipeline), delays_(model) {
-  bus.ListenTo<FrameSeen, track::LogicalAccess, track::FrameRepeated, track::LogicalRepeated, track::Answered,
-               track::TimeRepeated, track::RepetitionEnds, track::CaptureGap, track::WriteDoubtful, track::AlRequest>(
-      Stage::kBeforeModel, *this);
+  bus.ListenTo<FrameSeen, track::LogicalAccess, track::Answered, track::CaptureGap, track::WriteDoubtful,
+               track::AlRequest>(Stage::kBeforeModel, *this);
   // What the slaves' models conclude is news to this one.
   bus.ListenTo<track::SlaveFound, track::RunBegan, model::AlChangedByItself, model::AlErrorCode>(Stage::kModel, *this);
   // Objects and registers as the event left them.
@@ -117,56 +111,27 @@ void SyncModel::BeginFrame(const FrameRef& sent, const FrameRef& returned) {
 }
 
 void SyncModel::On(const track::LogicalAccess& access) {
-  if (!WasRepeated(access.returned)) Add(access);
-}
-
-/// Each frame has its time, whatever else it tells.
-void SyncModel::On(const track::FrameRepeated& repeated) {
-  repeated_until_ = repeated.returned.number;
-  repeats_ = true;
-  BeginFrame(repeated.sent, repeated.returned);
-  repeats_ = false;
-}
-
-void SyncModel::On(const track::RepetitionEnds& /*end*/) {
-  EndSteady();
-}
-
-void SyncModel::On(const track::LogicalRepeated& repeated) {
-  Add(repeated.access);
-}
-
-void SyncModel::Add(const track::LogicalAccess& access) {
   BeginFrame(access.sent, access.returned);
   if (access.circulating || pending_count_ == kPending) return;
-  const ProcessDatagram& datagram = pending_[pending_count_++] = {access.command, access.address, access.length,
-                                                                  access.wkc,     access.assumed, kNoSlave};
-  if (!wire::Reads(access.command) || access.returned_data.empty()) return;
-  if (!steady_.any() || !steady_.Read(datagram, access.returned_data)) ReadStatusWords(access);
+  pending_[pending_count_++] = {access.command, access.address, access.length, access.wkc, access.assumed, kNoSlave};
+  if (wire::Reads(access.command) && !access.returned_data.empty()) ReadStatusWords(access);
 }
 
 void SyncModel::ReadStatusWords(const track::LogicalAccess& access) {
   const model::LogicalExpectation& expected = bus_.Expect(access);
-  // Whose inputs these are is not certain, or nobody fills whole bytes.
+  // The owner of these inputs is not certain, or no slave fills whole bytes.
   if (access.wkc != expected.full || !expected.fills_bytes) return;
   for (const model::LogicalShare& share : expected.shares) {
     const model::SlaveModel& slave = bus_.slave(share.slave);
     if (share.input_bytes == 0 || !slave.profile->sync.lost_after_missing.value) continue;
-    OutputWatch& watch = Of(share.slave).outputs;
-    if (steady_.any() && steady_.Reads(watch)) EndSteady();
-    watch.ReadStatusWord(slave, share, access.returned_data);
+    Of(share.slave).outputs.ReadStatusWord(slave, share, access.returned_data);
   }
 }
 
 void SyncModel::On(const track::Answered& answer) {
-  // There is no answer to measure, or it was measured.
-  if (!answer.returned.seen() || WasRepeated(answer.returned)) return;
+  if (!answer.returned.seen()) return;  // there is no answer to measure
   BeginFrame(answer.sent, answer.returned);
   if (const auto time = clock_.On(answer)) frame_dc_ = time;
-}
-
-void SyncModel::On(const track::TimeRepeated& repeated) {
-  if (const auto time = clock_.On(repeated.answer)) frame_dc_ = time;
 }
 
 /// @param at_hand  of the frame before: each field is set here, which is cheaper than a new one for each frame
@@ -209,7 +174,7 @@ void SyncModel::Flush() {
   if (pending_count_ > 0 && LookAtFrame(at_hand_)) {
     trust_.AddRoundTrip(sent_, returned_);
     if (sent_.seen() && returned_.seen()) sent_frames_.Returned(sent_.number);
-    if (!steady_.any() || !TakeSteady(at_hand_)) FeedEach(at_hand_);
+    FeedEach(at_hand_);
   }
   pending_count_ = 0;
   frame_dc_.reset();
@@ -217,117 +182,22 @@ void SyncModel::Flush() {
   returned_ = {};
 }
 
-const model::LogicalExpectation& SyncModel::ExpectationOf(const ProcessDatagram& datagram) const {
-  track::LogicalAccess access;
-  access.command = datagram.command;
-  access.address = datagram.address;
-  access.length = datagram.length;
-  return bus_.Expect(access);
-}
-
 void SyncModel::FeedEach(const FrameAtHand& at_hand) {
-  bool fed = false;
-  steady_.Tell();
   for (const ProcessDatagram& datagram : pending()) {
     if (datagram.slave != kNoSlave) {
-      EndSteady();
       Feed(datagram.slave, at_hand, nullptr);
       Of(datagram.slave).outputs.direct = true;
       continue;
     }
-    const model::LogicalExpectation& expected = ExpectationOf(datagram);
+    const model::LogicalExpectation& expected = bus_.Expect(datagram.command, datagram.address, datagram.length);
     const CyclicImage* image = Measure(datagram, at_hand.time, IsOfOp(expected));
-    if (!BringsOutputs(datagram) || expected.outputs == 0) continue;
+    if (!datagram.brings_outputs() || expected.outputs == 0) continue;
     for (const model::LogicalShare& share : expected.shares) {
       if (!share.outputs) continue;
-      OutputWatch& watch = Of(share.slave).outputs;
-      if (steady_.any() && steady_.Feeds(watch)) EndSteady();
       Feed(share.slave, at_hand, image);
-      watch.direct = false;
-      fed = true;
+      Of(share.slave).outputs.direct = false;
     }
   }
-  if (!fed || !repeats_) return;
-  if (steady_wait_ > 0) {
-    --steady_wait_;
-  } else {
-    BeginSteady(at_hand);
-  }
-}
-
-bool SyncModel::TakeSteady(const FrameAtHand& at_hand) {
-  for (const ProcessDatagram& datagram : pending()) {
-    if (datagram.slave == kNoSlave) Measure(datagram, at_hand.time, true);
-  }
-  return steady_.Take(pending(), at_hand.time, sent_.number, at_hand.way);
-}
-
-/// Behind a frame that every slave was told of: the next ones may be further cycles and nothing else.
-void SyncModel::BeginSteady(const FrameAtHand& at_hand) {
-  WaitForSteady(false);  // unless it proves to be
-  if (sink_.HasSubscribers<IntervalMeasured>() || sink_.HasSubscribers<PhaseMeasured>()) return;
-  fed_.clear();
-  words_.clear();
-  Interval interval;
-  for (std::size_t i = 0; i < pending_count_; ++i) {
-    const ProcessDatagram& datagram = pending_[i];
-    if (datagram.slave != kNoSlave) return;
-    const model::LogicalExpectation& expected = ExpectationOf(datagram);
-    const CyclicImage* image = images_.Find(datagram.command, datagram.address);
-    const bool has_words = wire::Reads(datagram.command) && datagram.wkc == expected.full && expected.fills_bytes;
-    for (const model::LogicalShare& share : expected.shares) {
-      if (has_words && !CollectWords(datagram, i, share)) return;
-      if (!share.outputs || !BringsOutputs(datagram)) continue;
-      if (!MayBeSteady(share.slave, at_hand, image)) return;
-      Slave& slave = Of(share.slave);
-      const bool phase = Sync0Phase::Counts(slave.dc);
-      fed_.push_back({&slave.outputs, image, phase ? *slave.dc.active()->sync0_cycle_ns : 0});
-      interval = image->gap;
-    }
-  }
-  // Words that other frames carry are of another age than these.
-  const bool all_words = std::all_of(fed_.begin(), fed_.end(), [&](const SteadyCycles::Fed& fed) {
-    return !fed.watch->status_word || std::any_of(words_.begin(), words_.end(), [&](const SteadyCycles::StatusWord& w) {
-      return w.watch == fed.watch;
-    });
-  });
-  if (all_words && steady_.Begin(pending(), at_hand.time, interval, at_hand.way, fed_, words_)) steady_wait_ = 0;
-}
-
-/// @return whether it is plain where the slave's status word lies
-bool SyncModel::CollectWords(const ProcessDatagram& datagram, std::size_t index, const model::LogicalShare& share) {
-  if (share.input_bytes == 0 || !bus_.slave(share.slave).profile->sync.lost_after_missing.value) return true;
-  OutputWatch& watch = Of(share.slave).outputs;
-  const auto own = [&](const SteadyCycles::StatusWord& word) { return word.watch == &watch; };
-  if (std::any_of(words_.begin(), words_.end(), own)) return false;  // in two datagrams
-  if (const auto at = watch.StatusWordAt(share, datagram.length)) words_.push_back({&watch, index, *at});
-  return true;
-}
-
-/// Of the frame at hand this slave learned nothing but that it is one more, and so it is with the next ones if they
-/// come in time.
-bool SyncModel::MayBeSteady(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* image) {
-  const Slave& slave = Of(id);
-  const OutputWatch& watch = slave.outputs;
-  if (image == nullptr || watch.image != image || !image->has_nominal() || !watch.in_op || watch.direct) return false;
-  if (!watch.rate.Follows(*image)) return false;
-  const std::optional<SyncSettings>& sync = slave.dc.active();
-  const bool by_sync0 = sync && sync->activation.sync0();
-  if (!by_sync0 && !bus_.slave(id).profile->sync.jitter.empty()) return false;
-  if (!Sync0Phase::Counts(slave.dc)) return true;
-  return at_hand.time.dc && watch.phase.IsCalm(slave.dc, at_hand.time.frame);
-}
-
-void SyncModel::EndSteady() {
-  if (!steady_.any()) return;
-  constexpr std::uint64_t kWorthIt = 8;
-  WaitForSteady(steady_.End() >= kWorthIt);
-}
-
-void SyncModel::WaitForSteady(bool worth_it) {
-  constexpr std::uint32_t kLongest = 1023;
-  steady_pause_ = worth_it ? 0 : std::min(2 * steady_pause_ + 1, kLongest);
-  steady_wait_ = steady_pause_;
 }
 
 /// Some slave that has a part in it is in OP.
@@ -363,42 +233,44 @@ void SyncModel::Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* 
   watch.Add(time, sent_.number, image, in_op);
 }
 
-void SyncModel::FollowInterval(SlaveId id, Slave& slave, const FrameTime& time, const CyclicImage* image, bool in_op) {
+[[gnu::always_inline]] inline void SyncModel::FollowInterval(SlaveId id, Slave& slave, const FrameTime& time,
+                                                             const CyclicImage* image, bool in_op) {
   OutputWatch& watch = slave.outputs;
   const Interval gap = watch.GapTo(time, image);
   const TimeNs limit = watch.GapLimit(image);
-  if (gap.base != TimeBase::kNone && limit > 0 && gap.ns >= limit) {
-    OutputGap event = watch.Describe(id, gap);
-    event.uncertainty_ns = Uncertainty(gap.base);
-    event.after = time.frame;
-    event.unreturned = UnreturnedSince(id, watch);
-    sink_.Publish(event);
-  }
+  if (gap.base != TimeBase::kNone && limit > 0 && gap.ns >= limit) PublishGap(id, watch, gap, time.frame);
   const std::optional<SyncSettings>& sync = slave.dc.active();
   const bool by_sync0 = sync && sync->activation.sync0();
-  // The grid begins anew when its cycles do.
+  // The grid begins again when its cycles do.
   if (!in_op || !watch.in_op || by_sync0) watch.grid.End();
   if (!in_op || !watch.in_op) return;
-  if (watch.image != nullptr && watch.image->has_nominal()) AddToRate(id, slave, gap, time.frame);
+  if (watch.image != nullptr && watch.image->has_nominal()) {
+    if (!watch.rate.Follows(*watch.image)) RenewRate(id, slave);
+    watch.rate.Add(gap, watch.last.frame, time.frame);
+  }
   if (!by_sync0) MeasureArrival(id, watch, time, gap);
 }
 
-void SyncModel::AddToRate(SlaveId id, Slave& slave, const Interval& interval, const FrameRef& to) {
-  OutputWatch& watch = slave.outputs;
-  if (!watch.rate.Follows(*watch.image)) {
-    const std::optional<SyncSettings>& sync = slave.dc.active();
-    const bool by_sync0 = sync && sync->activation.sync0();
-    const TimeNs configured =
-        by_sync0 ? TimeNs{sync->sync0_cycle_ns.value_or(0)} : model::InterpolationTime(bus_.slave(id)).value_or(0);
-    if (watch.rate.Renew(*watch.image, configured, FramesMissing(id, watch.rate, *watch.image, configured))) {
-      if (watch.rate.cycles() > 0) sink_.Publish(RateEnded{id});
-      watch.rate.GoOnFromTurn(watch.last.frame);
-    }
-  }
-  watch.rate.Add(interval, watch.last.frame, to);
+void SyncModel::PublishGap(SlaveId id, const OutputWatch& watch, const Interval& gap, const FrameRef& after) {
+  OutputGap event = watch.Describe(id, gap);
+  event.uncertainty_ns = Uncertainty(gap.base);
+  event.after = after;
+  event.unreturned = UnreturnedSince(id, watch);
+  sink_.Publish(event);
 }
 
-/// Many frames for the slave were sent since its intervals are others than before, and did not come back so far.
+void SyncModel::RenewRate(SlaveId id, Slave& slave) {
+  OutputWatch& watch = slave.outputs;
+  const std::optional<SyncSettings>& sync = slave.dc.active();
+  const bool by_sync0 = sync && sync->activation.sync0();
+  const TimeNs configured =
+      by_sync0 ? TimeNs{sync->sync0_cycle_ns.value_or(0)} : model::InterpolationTime(bus_.slave(id)).value_or(0);
+  if (!watch.rate.Renew(*watch.image, configured, FramesMissing(id, watch.rate, *watch.image, configured))) return;
+  if (watch.rate.cycles() > 0) sink_.Publish(RateEnded{id});
+  watch.rate.GoOnFromTurn(watch.last.frame);
+}
+
+/// Many frames for the slave were sent since its intervals are others than before, and never returned so far.
 bool SyncModel::FramesMissing(SlaveId id, const OutputRate& rate, const CyclicImage& image, TimeNs configured) const {
   if (!rate.MayTurn(image, configured)) return false;
   return sent_frames_.UnreturnedBetween(rate.turn_from(), sent_.number, bus_.network().fmmus(id)) >=
@@ -445,10 +317,20 @@ void SyncModel::MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& 
   sink_.Publish(event);
 }
 
-void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand) {
+[[gnu::always_inline]] inline void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand) {
   const FrameTime& time = at_hand.time;
   OutputWatch& watch = slave.outputs;
   const std::int64_t way = delays_.Of(id) - at_hand.way.reference_delay_ns + at_hand.way.length_ns;
+  if (time.dc && watch.phase.AddNext(slave.dc, time.frame, *time.dc, way)) {
+    if (sink_.HasSubscribers<PhaseMeasured>()) sink_.Publish(PhaseMeasured{id, time.frame, watch.phase.last_ns()});
+  } else {
+    MeasureAnyPhase(id, slave, at_hand, way);
+  }
+}
+
+void SyncModel::MeasureAnyPhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand, std::int64_t way) {
+  const FrameTime& time = at_hand.time;
+  OutputWatch& watch = slave.outputs;
   TimeNs doubt = 0;
   if (!time.dc) {
     const auto uncertainty = Uncertainty(TimeBase::kCapture);
@@ -479,7 +361,7 @@ void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_han
 
 void SyncModel::On(const track::SlaveAccess& access) {
   if (Touches(access, esc::kSystemTimeDelay, 4)) OnDelayAccess(access);
-  if (!WasRepeated(access.returned)) BeginFrame(access.sent, access.returned);
+  BeginFrame(access.sent, access.returned);
   if (Touches(access, esc::kFmmuBase, esc::kMaxFmmus * esc::kFmmuBytes)) OnFmmus(access);
   if (access.address >= esc::kProcessRam) {
     OnMemoryWritten(access);
@@ -501,7 +383,7 @@ void SyncModel::OnDelayAccess(const track::SlaveAccess& access) {
   if (moved > kSameDelay || moved < -kSameDelay) Of(access.slave).outputs.phase.BeginAnew();
 }
 
-/// Before it was known what maps its outputs, nobody can tell which frames brought some: it is known to wait from here.
+/// Before it was known what maps its outputs, it is unknown which frames brought some: it is known to wait from here.
 void SyncModel::OnFmmus(const track::SlaveAccess& access) {
   if (!access.done()) return;
   Slave& slave = Of(access.slave);
@@ -534,7 +416,7 @@ void SyncModel::OnDcAccess(const track::SlaveAccess& access) {
     clock_.WasSet(access.slave);
   }
   const DcUnit::Change change = slave.dc.On(access, bus_.network().state(access.slave).registers);
-  // What came so far is judged while it is known by which settings.
+  // What came so far is evaluated while it is known by which settings.
   if (change == DcUnit::Change::kSwitchedOff) EndRate(access.slave, slave.outputs);
   if (change == DcUnit::Change::kSwitchedOn) {
     slave.outputs.rate.BeginAnew();
@@ -571,10 +453,9 @@ void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
   sink_.Publish(event);
 }
 
-/// What was sent in a hole nobody knows: no interval, no slot and no rhythm reaches over it.
+/// What was sent in a capture gap is unknown: no interval, no slot and no rhythm reaches over it.
 void SyncModel::On(const track::CaptureGap& gap) {
   Flush();
-  EndSteady();
   for (const auto& slave : slaves_) slave->outputs.OnHole(gap.certain);
   if (gap.certain) images_.ForgetLast();
 }
@@ -588,7 +469,6 @@ void SyncModel::On(const track::WriteDoubtful& write) {
 /// follows.
 void SyncModel::On(const track::RunBegan& run) {
   Flush();
-  EndSteady();
   const bool asked = run.reason == track::RunBegan::Reason::kInitialised;
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
     if (asked) Starve(static_cast<SlaveId>(s), run.frame, OutputGap::End::kRequest);
@@ -649,13 +529,12 @@ void SyncModel::On(const mailbox::SdoTransfer& transfer) {
   if (!PllWatch::Concerns(transfer, slave)) return;
   Slave& own = Of(transfer.slave);
   const auto& active = own.dc.active();
-  const bool judged = own.outputs.in_op && active && active->activation.sync0();
-  if (const auto measured = own.pll.On(transfer, slave, judged, own.outputs.frames_in_op)) sink_.Publish(*measured);
+  const bool evaluated = own.outputs.in_op && active && active->activation.sync0();
+  if (const auto measured = own.pll.On(transfer, slave, evaluated, own.outputs.frames_in_op)) sink_.Publish(*measured);
 }
 
 void SyncModel::Finish() {
   Flush();
-  EndSteady();
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
     OutputWatch& watch = slaves_[s]->outputs;
     if (!watch.fell.seen()) {
@@ -739,8 +618,8 @@ std::optional<DcSummary> SyncModel::Summarise(SlaveId slave) const {
   summary.reference = clock_.samples() > 0 && clock_.reference() == slave;
   summary.pll = slaves_[slave]->pll.Summary(bus_.slave(slave));
   const Sync0Phase& phase = slaves_[slave]->outputs.phase;
-  if (phase.frames() > 0 && unit.told()) {
-    summary.phase = phase.Summary(unit.told()->sync0_cycle_ns.value_or(0));
+  if (phase.frames() > 0 && unit.activated()) {
+    summary.phase = phase.Summary(unit.activated()->sync0_cycle_ns.value_or(0));
   }
   return summary;
 }

@@ -1,12 +1,11 @@
 /// in: decoder events.  out: SyncSwitchedOn, OutputGap, SyncSlotMiss, ArrivalOff, PllMeasured; figures of cycle and
 /// clocks when the capture ends.
 ///
-/// keeps: what belongs to the frame at hand, whose time may stand behind its process data; all else is kept by
+/// keeps: what belongs to the frame at hand, whose time may come after its process data; all else is kept by
 ///
 ///   CyclicImages  rhythm of the process data       DcUnit, DcClock  distributed clocks
-///   OutputWatch   how outputs reach one slave      PllWatch         what the drive says of its own clock
+///   OutputWatch   how outputs reach one slave      PllWatch         what the drive shows of its own clock
 ///   SentFrames    frames as they passed            TimeTrust        how good the stamps are
-///   SteadyCycles  frames of which slaves hear later, many at once
 #pragma once
 
 #include <array>
@@ -25,7 +24,6 @@
 #include "analyzers/sync/pll_watch.h"
 #include "analyzers/sync/sent_frames.h"
 #include "analyzers/sync/slave_delays.h"
-#include "analyzers/sync/steady_cycles.h"
 #include "analyzers/sync/time_base.h"
 #include "analyzers/sync/time_trust.h"
 #include "analyzers/wiring/event_bus.h"
@@ -39,17 +37,15 @@ namespace ecaudit::sync {
 /// 999.9 us counts as one of 1 ms. Null when there is none.
 [[nodiscard]] const device::JitterLimit* LimitFor(const model::SlaveModel& slave, TimeNs measured);
 
-/// Process data of `image` came `interval` behind the last ones, by the best clock that both frames have.
+/// Process data of `image` came `interval` after the last ones, by the best clock that both frames have.
 struct IntervalMeasured {
-  static constexpr bool kRoutine = true;
   const CyclicImage& image;
   FrameRef frame;
   TimeNs interval = 0;
 };
 
-/// A frame with process data for a slave in OP ended `phase` behind SYNC0.
+/// A frame with process data for a slave in OP ended `phase` after SYNC0.
 struct PhaseMeasured {
-  static constexpr bool kRoutine = true;
   SlaveId slave = kNoSlave;
   FrameRef frame;
   TimeNs phase = 0;
@@ -58,16 +54,12 @@ struct PhaseMeasured {
 class SyncModel final {
  public:
   /// @param bus  whence events come and where what is concluded goes
-  /// All arguments must outlive the model. Made before everybody else who listens: rules that hear of process data find
+  /// All arguments must outlive the model. Made before all other subscribers: rules that receive process data find
   /// them measured.
   SyncModel(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus);
 
   void On(const FrameSeen& seen);
   void On(const track::LogicalAccess& access);
-  void On(const track::FrameRepeated& repeated);
-  void On(const track::LogicalRepeated& repeated);
-  void On(const track::TimeRepeated& repeated);
-  void On(const track::RepetitionEnds& end);
   void On(const track::Answered& answer);
   void On(const track::CaptureGap& gap);
   void On(const track::WriteDoubtful& write);
@@ -83,7 +75,6 @@ class SyncModel final {
   void Finish();
 
   [[nodiscard]] const DcUnit& dc(SlaveId slave) const;
-  /// While frames are repeated it is as old as the first of them.
   [[nodiscard]] const OutputWatch& outputs(SlaveId slave) const;
   [[nodiscard]] const DcClock& clock() const { return clock_; }
   /// The image that was exchanged most often since the run began; null when none was exchanged twice.
@@ -103,11 +94,29 @@ class SyncModel final {
   [[nodiscard]] std::optional<DcSummary> Summarise(SlaveId slave) const;
 
  private:
+  /// A datagram with process data of the frame at hand; its time may come with a later datagram.
+  struct ProcessDatagram {
+    wire::Command command = wire::Command::NOP;
+    std::uint32_t address = 0;
+    std::uint16_t length = 0;
+    std::uint16_t wkc = 0;
+    bool assumed = false;
+    SlaveId slave = kNoSlave;  ///< whose memory it addresses; kNoSlave: logical memory
+
+    /// Slaves may take outputs from it.
+    [[nodiscard]] bool brings_outputs() const { return command != wire::Command::LRD && (wkc != 0 || assumed); }
+  };
+  /// When the frame at hand was sent, and what it takes to reach a slave.
+  struct FrameWay {
+    std::int64_t length_ns = 0;           ///< on the wire; 0 when not known
+    std::int64_t reference_delay_ns = 0;  ///< delay register of the reference clock
+    bool wide_clock = false;              ///< the reference clock has 64 bit
+  };
   struct Slave {
     DcUnit dc;
     OutputWatch outputs;
     PllWatch pll;
-    // As they were behind the last access to them:
+    // As they were after the last access to them:
     bool fmmus_known = false;
     bool outputs_mapped = false;
   };
@@ -127,36 +136,25 @@ class SyncModel final {
   [[nodiscard]] bool IsOfOp(const model::LogicalExpectation& expected) const;
   const CyclicImage* Measure(const ProcessDatagram& pending, const FrameTime& time, bool in_op);
   void FeedEach(const FrameAtHand& at_hand);
-  [[nodiscard]] bool TakeSteady(const FrameAtHand& at_hand);
-  void BeginSteady(const FrameAtHand& at_hand);
-  [[nodiscard]] bool MayBeSteady(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* image);
-  void EndSteady();
-  /// Only after some frames, and ever more of them, is it worth to try again.
-  void WaitForSteady(bool worth_it);
-  [[nodiscard]] bool CollectWords(const ProcessDatagram& datagram, std::size_t index, const model::LogicalShare& share);
   [[nodiscard]] std::span<const ProcessDatagram> pending() const { return std::span(pending_).first(pending_count_); }
-  [[nodiscard]] const model::LogicalExpectation& ExpectationOf(const ProcessDatagram& datagram) const;
   void Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* image);
   void FollowInterval(SlaveId id, Slave& slave, const FrameTime& time, const CyclicImage* image, bool in_op);
   void MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& time, const Interval& interval);
   void MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand);
+  void MeasureAnyPhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand, std::int64_t way);
   void ReadStatusWords(const track::LogicalAccess& access);
-  void Add(const track::LogicalAccess& access);
-  /// The last of several cycles is told once more, in full: its time was measured.
-  [[nodiscard]] bool WasRepeated(const FrameRef& returned) const {
-    return returned.seen() && returned.number <= repeated_until_;
-  }
   /// Frames with outputs between the last one of the watch and the frame at hand.
   [[nodiscard]] std::uint64_t UnreturnedSince(SlaveId id, const OutputWatch& watch) const {
     return sent_frames_.UnreturnedBetween(watch.last_sent, sent_.number, bus_.network().fmmus(id));
   }
   [[nodiscard]] std::optional<DcTime> DcByStamps() const;
   void EndRun(SlaveId id);
-  /// The rhythm of its outputs is judged now or not at all.
+  /// The rhythm of its outputs is evaluated now or not at all.
   [[nodiscard]] bool FramesMissing(SlaveId id, const OutputRate& rate, const CyclicImage& image,
                                    TimeNs configured) const;
   void EndRate(SlaveId id, OutputWatch& watch);
-  void AddToRate(SlaveId id, Slave& slave, const Interval& interval, const FrameRef& to);
+  void RenewRate(SlaveId id, Slave& slave);
+  void PublishGap(SlaveId id, const OutputWatch& watch, const Interval& gap, const FrameRef& after);
   void Starve(SlaveId id, const FrameRef& until, OutputGap::End end);
   void OnMemoryWritten(const track::SlaveAccess& access);
   void OnFmmus(const track::SlaveAccess& access);
@@ -175,7 +173,6 @@ class SyncModel final {
   std::vector<std::unique_ptr<Slave>> slaves_;  // grows without moving what rules refer to
 
   FrameRef sent_, returned_;
-  FrameNo repeated_until_ = 0;
   FrameRef last_seen_;          // of the capture
   std::uint64_t last_key_ = 0;  // of that frame, where it was outbound
   std::optional<DcTime> frame_dc_;
@@ -183,12 +180,6 @@ class SyncModel final {
   FrameAtHand at_hand_;
   std::array<ProcessDatagram, kPending> pending_{};
   std::size_t pending_count_ = 0;
-
-  SteadyCycles steady_;
-  bool repeats_ = false;                              // the next frame is no other than the one at hand
-  std::uint32_t steady_wait_ = 0, steady_pause_ = 0;  // frames until it is tried, and the last time it was
-  std::vector<SteadyCycles::Fed> fed_;                // kept for their room
-  std::vector<SteadyCycles::StatusWord> words_;
 };
 
 }  // namespace ecaudit::sync

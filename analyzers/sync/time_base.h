@@ -40,7 +40,7 @@ struct DcTime {
   std::uint32_t epoch = 0;
 };
 
-/// When a frame was sent, by each clock that tells.
+/// When a frame was sent, by each clock that shows it.
 struct FrameTime {
   FrameRef frame;  ///< the copy to cite: as the master sent it where captured
   std::optional<DcTime> dc;

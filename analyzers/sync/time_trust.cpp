@@ -9,7 +9,7 @@ namespace {
 constexpr std::uint64_t kEnough = 20;
 /// One tick of the clocks of ESCs and probes, twice.
 constexpr TimeNs kTicks = 40;
-/// Stamps of a host, when the capture has no round trips to judge them by (esc-reference 10.3).
+/// Stamps of a host, when the capture has no round trips to evaluate them by (esc-reference 10.3).
 constexpr TimeNs kHostStamps = 500'000;
 
 }  // namespace

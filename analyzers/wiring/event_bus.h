@@ -1,10 +1,10 @@
-/// Who hears which event, and in which order.
+/// Who receives which event, and in which order.
 ///
 /// Stages of one event, and what they mean:
 ///   kBeforeModel  what happened, against what was known before: rules compare, histories note the change
 ///   kModel        the models learn from it, and may publish what they conclude; each such event runs through its own
 ///                 stages at once, before this one goes on
-///   kAfterModel   what is known now: whoever looks at a slave as the event left it
+///   kAfterModel   what is known now: for code that needs a slave as the event left it
 /// Within a stage: in the order of registration, which is that of construction (models, collectors, rules by id).
 #pragma once
 
@@ -12,6 +12,7 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <vector>
 
 #include "decoder/base/event_sink.h"
@@ -22,7 +23,7 @@ enum class Stage : std::uint8_t { kBeforeModel, kModel, kAfterModel };
 
 class EventBus : public EventSink {
  public:
-  /// A wish to hear one type of event, before or without a bus.
+  /// A subscription to one type of event, before or without a bus.
   class Subscription {
    public:
     template <class Event, class T>
@@ -31,6 +32,7 @@ class EventBus : public EventSink {
       static_assert(sizeof handler <= Listener::kHandlerBytes);
       Subscription wish;
       wish.type_ = event_types::kNumber<Event>;
+      wish.of_memory_ = OfMemory<Event>;
       wish.stage_ = stage;
       wish.listener_.object = &listener;
       wish.listener_.range = range;
@@ -47,11 +49,27 @@ class EventBus : public EventSink {
     friend class EventBus;
     std::uint16_t type_ = 0;
     Stage stage_ = Stage::kBeforeModel;
+    bool of_memory_ = false;
     Listener listener_;
   };
 
   /// Not to be called while an event is published; the listener must live as long as events are.
-  void Add(const Subscription& wish) { Insert(wish.type_, wish.stage_, wish.listener_); }
+  void Add(const Subscription& wish) {
+    if (audiences_.size() <= wish.type_) audiences_.resize(std::size_t{wish.type_} + 1);
+    Audience& audience = audiences_[wish.type_];
+    const auto stage = static_cast<std::ptrdiff_t>(wish.stage_);
+    const auto at = static_cast<std::ptrdiff_t>(audience.ends[static_cast<std::size_t>(stage)]);
+    audience.listeners.insert(audience.listeners.begin() + at, wish.listener_);
+    std::for_each(audience.ends.begin() + stage, audience.ends.end(), [](std::size_t& end) { ++end; });
+    if (wish.of_memory_) {
+      audience.selections = std::make_unique<Selections>();
+      for (Selection& selection : audience.selections->kept) selection.listeners.reserve(audience.listeners.size());
+      for (const Listener& listener : audience.listeners) {
+        audience.selections->of_all.listeners.push_back(&listener);
+      }
+    }
+    subscribers_[wish.type_] = {audience.listeners.data(), audience.listeners.size(), audience.selections.get()};
+  }
 
   /// @param handler  called with every event of this type; where it is overloaded: Listen<Event>(...)
   /// @param range  of events OfMemory, those that touch it
@@ -67,21 +85,12 @@ class EventBus : public EventSink {
   }
 
  private:
-  /// Those who hear one type, by stage.
+  /// Those who receive one type, by stage.
   struct Audience {
     std::vector<Listener> listeners;
-    std::array<std::size_t, 3> ends{};  ///< behind the last listener of each stage
+    std::array<std::size_t, 3> ends{};  ///< after the last listener of each stage
+    std::unique_ptr<Selections> selections;
   };
-
-  void Insert(std::uint16_t type, Stage stage, const Listener& listener) {
-    if (audiences_.size() <= type) audiences_.resize(std::size_t{type} + 1);
-    Audience& audience = audiences_[type];
-    const auto at = static_cast<std::ptrdiff_t>(audience.ends[static_cast<std::size_t>(stage)]);
-    audience.listeners.insert(audience.listeners.begin() + at, listener);
-    std::for_each(audience.ends.begin() + static_cast<std::ptrdiff_t>(stage), audience.ends.end(),
-                  [](std::size_t& end) { ++end; });
-    subscribers_[type] = {audience.listeners.data(), audience.listeners.size()};
-  }
 
   std::vector<Audience> audiences_;  ///< by event_types::kNumber
 };

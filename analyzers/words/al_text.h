@@ -16,10 +16,10 @@ namespace ecaudit {
 [[nodiscard]] Value CodeValue(std::uint16_t code, const device::DeviceDescription& family);
 /// True when the profile has no AL table of its own: the EtherCAT standard applies.
 [[nodiscard]] bool FollowsStandard(const device::DeviceDescription& family);
-/// Sets {manual} where a manual says what is allowed; without it the EtherCAT standard does:
+/// Sets {manual} where a manual states what is allowed; without it the EtherCAT standard does:
 /// "[{!manual}The EtherCAT standard][The manual ({manual})] does not allow this."
 void SetManual(Finding& finding, const device::DeviceDescription& family);
-/// Tells requests apart by the requested state and the state before, to fold repetitions.
+/// Distinguishes requests by the requested state and the state before, to fold repetitions.
 [[nodiscard]] std::uint64_t RequestKey(const model::AlRequestRecord& request);
 /// Sets {times} and {last_request_frame} where the request was written more than once.
 void SetRepetition(Finding& finding, const model::AlRequestRecord& request);

@@ -65,7 +65,7 @@ std::string CommandName(const DriveProfile& drive, const model::DrivePath& path,
     if (!names.ends_with(name)) names += (names.empty() ? "" : ", ") + name;
   };
   for (std::uint8_t i = 0; i < path.count; ++i) {
-    // The edge of the first step is used up for those behind it.
+    // The edge of the first step is used up for those after it.
     const DriveCommand* row = RowOf(drive, path.numbers[i], i == 0 ? before.value_or(word) : word, word);
     if (row != nullptr) add(row->name);
   }

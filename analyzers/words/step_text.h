@@ -24,7 +24,7 @@ namespace ecaudit::startup {
 /// The same for a step that is expected; "any value".
 [[nodiscard]] std::string ExpectedValue(const ExpectedStep& step, const model::SlaveModel* slave);
 /// Where two values of a structure differ, as pairs of texts: "length 1024 bytes" and "length 512 bytes" of a sync
-/// manager. Empty for all else, and where nearly everything differs: then the whole values tell more.
+/// manager. Empty for all else, and where nearly everything differs: then the whole values show more.
 [[nodiscard]] std::pair<std::string, std::string> DifferingParts(const StartupKey& key, ByteSpan a, ByteSpan b);
 /// StepName() of a step that is expected; a drive's command is called as the expectation calls it.
 [[nodiscard]] std::string ExpectedName(const ExpectedStep& step, const model::SlaveModel* slave);

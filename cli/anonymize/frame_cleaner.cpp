@@ -5,11 +5,10 @@
 #include "decoder/base/bytes.h"
 #include "decoder/mailbox/header.h"
 #include "decoder/wire/command.h"
+#include "decoder/wire/link_header.h"
 
 namespace ecaudit::cli::anonymize {
 namespace {
-
-using capture::LinkType;
 
 constexpr std::uint16_t kProcessRam = 0x1000;
 constexpr std::uint16_t kEepromData = 0x0508;
@@ -21,36 +20,11 @@ constexpr std::uint16_t kUserRam = 0x0F80;
 /// EtherType for private use (IEEE 802, "local experimental"): what is left of other traffic.
 constexpr std::uint8_t kOtherType[2] = {0x88, 0xB5};
 constexpr std::uint64_t kBroadcast = 0xFFFF'FFFF'FFFF;
-/// Slaves set the one, groups have the other: both say something of the bus.
+/// Slaves set the one, groups have the other: both show something of the bus.
 constexpr std::uint64_t kLocalBit = std::uint64_t{1} << 41U;
 constexpr std::uint64_t kGroupBit = std::uint64_t{1} << 40U;
 /// 00:00:5E:00:53:00, for documents (RFC 7042).
 constexpr std::uint64_t kMadeMac = 0x0000'5E00'5300;
-
-/// Where the addresses of the link header lie, and its EtherType; nothing for other links.
-struct LinkHeader {
-  std::size_t destination = 0;
-  std::size_t source = 0;
-  std::size_t type = 0;
-  bool has_destination = false;
-};
-
-std::optional<LinkHeader> LinkHeaderOf(const capture::CapturedFrame& frame, const wire::FrameView& view) {
-  // A probe's record may stand in front.
-  const std::size_t skip = view.esl().present && frame.bytes.size() > 4 && frame.bytes[0] == 0x01 &&
-                                   frame.bytes[1] == 0x01 && frame.bytes[2] == 0x05 && (frame.bytes[3] & 0xFEU) == 0x10
-                               ? 16
-                               : 0;
-  switch (static_cast<LinkType>(frame.link_type)) {
-    case LinkType::kEthernet:
-      return LinkHeader{skip, skip + 6, skip + 12, true};
-    case LinkType::kLinuxCooked:
-      return LinkHeader{0, 6, 14, false};
-    case LinkType::kLinuxCooked2:
-      return LinkHeader{0, 12, 0, false};
-  }
-  return std::nullopt;
-}
 
 Bytes Part(Bytes bytes, std::size_t begin, std::size_t length) {
   begin = std::min(begin, bytes.size());
@@ -198,23 +172,21 @@ void FrameCleaner::CleanMac(Bytes mac) {
 }
 
 void FrameCleaner::CleanHeaders(const capture::CapturedFrame& frame, const wire::FrameView& view, Bytes bytes) {
-  const std::optional<LinkHeader> link = LinkHeaderOf(frame, view);
+  const std::optional<wire::LinkHeader> link = wire::LinkHeaderOf(frame.link_type);
   if (!link) {
     ++removed_.other_packets;
     return Clear(bytes);
   }
-  if (link->has_destination) CleanMac(Part(bytes, link->destination, 6));
-  CleanMac(Part(bytes, link->source, 6));
-  const bool empty = view.size() == 0;
   const std::size_t record_in_front = static_cast<std::size_t>(view.bytes().data() - frame.bytes.data());
+  if (link->destination) CleanMac(Part(bytes, record_in_front + *link->destination, 6));
+  CleanMac(Part(bytes, record_in_front + link->source, 6));
+  const bool empty = view.size() == 0;
   if (view.encapsulation() == wire::Encapsulation::kUdp && !empty) {
     CleanUdp(bytes, record_in_front + view.offsets()[0] - 2);
   }
   if (!empty) return;
   // No datagram: other traffic, or EtherCAT that is broken or cut at its very beginning.
-  const std::size_t after_type =
-      static_cast<LinkType>(frame.link_type) == LinkType::kLinuxCooked2 ? 20 : link->type + 2;
-  std::size_t kept = after_type + 4 * std::size_t{view.vlan_tags()};
+  std::size_t kept = record_in_front + link->payload + 4 * std::size_t{view.vlan_tags()};
   if (view.kind() != wire::FrameKind::kOther || view.has_ethercat_header()) {
     const std::size_t udp = view.encapsulation() == wire::Encapsulation::kUdp ? 28 : 0;
     kept += udp + 2 + wire::kDatagramHeaderBytes;
@@ -223,7 +195,7 @@ void FrameCleaner::CleanHeaders(const capture::CapturedFrame& frame, const wire:
   } else {
     ++removed_.other_packets;
     if (view.vlan_tags() == 0 || !view.cut_before_type()) {
-      const std::size_t type = view.vlan_tags() == 0 ? link->type : kept - 2;
+      const std::size_t type = view.vlan_tags() == 0 ? record_in_front + link->type : kept - 2;
       const Bytes place = Part(bytes, type, 2);
       if (place.size() == 2) std::copy(std::begin(kOtherType), std::end(kOtherType), place.begin());
     }

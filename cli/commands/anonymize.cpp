@@ -112,8 +112,8 @@ class AnonymizeCommand : public Command {
                             : capture::OpenCapture(paths.front(), &InterruptFlag());
   }
 
-  [[nodiscard]] Result<AnalysisResult> Judge(Console& console, const Settings& settings,
-                                             const std::vector<std::string>& paths, const std::string& what) const {
+  [[nodiscard]] Result<AnalysisResult> Evaluate(Console& console, const Settings& settings,
+                                                const std::vector<std::string>& paths, const std::string& what) const {
     auto source = CapturePaths(paths, settings.analysis.interfaces).Open();
     if (!source) return source.error();
     AnalysisOptions analysis = settings.analysis;
@@ -129,16 +129,16 @@ class AnonymizeCommand : public Command {
 
   [[nodiscard]] ExitStatus Work(Console& console, const Settings& settings, const std::string& unchecked,
                                 const std::string& output) const {
-    Result<AnalysisResult> judged = Judge(console, settings, capture_.captures, "the capture");
-    if (!judged) return Fail(console, judged.error());
-    const std::uint64_t packets = judged->capture.packets;
-    const std::vector<std::string> facts = Facts(*judged);
-    const std::vector<capture::Interface> interfaces = std::move(judged->capture.file.interfaces);
-    judged = AnalysisResult();  // two results of thousands of slaves are large
+    Result<AnalysisResult> evaluated = Evaluate(console, settings, capture_.captures, "the capture");
+    if (!evaluated) return Fail(console, evaluated.error());
+    const std::uint64_t packets = evaluated->capture.packets;
+    const std::vector<std::string> facts = Facts(*evaluated);
+    const std::vector<capture::Interface> interfaces = std::move(evaluated->capture.file.interfaces);
+    evaluated = AnalysisResult();  // two results of thousands of slaves are large
     anonymize::FrameCleaner cleaner;
     if (auto error = Copy(console, interfaces, unchecked, cleaner)) return Fail(console, *error);
-    const Result<AnalysisResult> after =
-        InterruptFlag() ? Result<AnalysisResult>(AnalysisResult()) : Judge(console, settings, {unchecked}, "the copy");
+    const Result<AnalysisResult> after = InterruptFlag() ? Result<AnalysisResult>(AnalysisResult())
+                                                         : Evaluate(console, settings, {unchecked}, "the copy");
     if (InterruptFlag()) {
       console.Error("interrupted; nothing was written");
       return ExitStatus::kInterrupted;

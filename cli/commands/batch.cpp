@@ -200,7 +200,6 @@ class BatchCommand : public Command {
       if (auto error = baselines_.Load(settings->baseline)) return error;
       AddFiles(*settings, files_);
       std::string key = SettingsKey(*settings);
-      settings->analysis.one_of_several = batch_.workers > 1;
       prepared = prepared_.emplace(config, Prepared{std::make_shared<const Settings>(std::move(*settings)), key}).first;
     }
     BatchJob job;

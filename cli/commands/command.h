@@ -23,9 +23,9 @@ class Command {
   [[nodiscard]] virtual std::string_view usage() const = 0;
   /// One line for the overview and the help.
   [[nodiscard]] virtual std::string_view summary() const = 0;
-  /// Says what the command takes; the targets are members of the command.
+  /// Declares what the command takes; the targets are members of the command.
   virtual void Declare(OptionSet& options) = 0;
-  /// Does the work after parsing. What goes wrong is said on `console`, once.
+  /// Does the work after parsing. What goes wrong is reported on `console`, once.
   [[nodiscard]] virtual ExitStatus Run(Console& console) = 0;
 };
 

@@ -20,12 +20,10 @@ class DatagramWriter final : public LineWriter {
   void Begin(Observation& observation, const StreamContext& context) override {
     pipeline_ = &observation.pipeline();
     observation.bus().Listen(Stage::kBeforeModel, *this, &DatagramWriter::On);
-    // Frames are written as they pass; what they did matters for who is where only.
-    observation.SkipRepeatedCycles();
     observation.bus().Listen(Stage::kModel, *this, &DatagramWriter::OnPoll);
     context_ = &context;
     for (LineTarget& target : context.targets) {
-      if (target.format != LineFormat::kText) continue;
+      if (target.format != kTextLines) continue;
       target.output.buffer() += DatagramTextHeader(context.time(), target.color);
       target.output.EndLine();
     }
@@ -49,7 +47,7 @@ class DatagramWriter final : public LineWriter {
     }
     if (context_->settings.slaves.empty() && frame.kind() != wire::FrameKind::kEtherCat) {
       for (LineTarget& target : context_->targets) {
-        if (target.format != LineFormat::kText) continue;
+        if (target.format != kTextLines) continue;
         const std::optional<std::string> problem = FrameProblemText(frame, since_start, context_->time(), target.color);
         if (!problem) continue;
         target.output.buffer() += *problem;
@@ -63,7 +61,7 @@ class DatagramWriter final : public LineWriter {
   }
 
   void Write(const DatagramRow& row, LineTarget& target) {
-    if (target.format == LineFormat::kJsonLines) {
+    if (target.format == kJsonLines) {
       AppendDatagramJson(target.output.buffer(), row, fields_);
     } else {
       AppendDatagramText(target.output.buffer(), row, contents_, target.color);

@@ -77,7 +77,7 @@ class MergeCommand : public Command {
         complete = false;
       }
     }
-    // A summary that lacks captures without saying so would be worse than none.
+    // A summary that lacks captures without a note would be worse than none.
     if (!complete) return ExitStatus::kUsage;
     if (digest_.captures.empty()) return Fail(console, Error{"the reports hold no capture"});
     if (versions_.size() > 1 || !versions_.contains(digest_.version)) WarnOfVersions(console);

@@ -15,7 +15,7 @@ struct ProfileBeginning {
 };
 
 /// A file that `profiles --check` finds nothing wrong with: what the ESI states, with its citations, and where it
-/// states nothing a note of what a manual would have to say.
+/// states nothing a note of what a manual would have to state.
 [[nodiscard]] std::string ProfileBeginningText(const ProfileBeginning& wish);
 
 }  // namespace ecaudit::cli

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cli/commands/command.h"
+#include "cli/stream/row_sink.h"
 #include "cli/stream/signal_writer.h"
 #include "cli/stream/stream_run.h"
 
@@ -20,7 +21,7 @@ class SignalsCommand : public Command {
   }
 
   void Declare(OptionSet& options) override {
-    run_.Declare(options, "csv (default) or jsonl: one JSON object a line");
+    run_.Declare(options, RowFormatsHelp());
     options.Group("What to read");
     options.Values("--signal,--object", "NAME,...", signals_,
                    "only these, by name or object, with * and ?: 'position*', 6041h, 's0.*' (repeatable)");
@@ -34,9 +35,10 @@ class SignalsCommand : public Command {
         "time\n"
         "read in the same frame, where there is one), frame, then one a signal: S0 is the slave at position 0. Empty:\n"
         "not in this frame, or the working counter does not show that the slave gave it. The capture is read twice,\n"
-        "so that the columns of all mappings that it holds stand above the first row; after a change of the mapping\n"
+        "so that the columns of all its mappings are above the first row; after a change of the mapping\n"
         "the columns of the old one stay empty. Where the meaning of bytes is not known, they are one column in\n"
-        "hexadecimal, and standard error says why; --eni and --esi help. With jsonl a line for each column comes "
+        "hexadecimal, and standard error gives the reason; --eni and --esi help. With jsonl a line for each column "
+        "comes "
         "first.\n"
         "Example: ecaudit signals --signal 'position*,6041h' --states -o axis.csv trace.pcapng");
   }

@@ -209,14 +209,14 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
     if (const auto error = plan.paths.MakeReadableTwice()) return Fail(console, *error);
   }
   AnalysisResult result;
-  if (const ExitStatus status = Judge(console, plan, result); status != ExitStatus::kClean) return status;
+  if (const ExitStatus status = Evaluate(console, plan, result); status != ExitStatus::kClean) return status;
   Result<Wish> wish = decide(result, plan.range);
   if (!wish) return Fail(console, Error{plan.name + ": " + wish.error().message});
   return Copy(console, plan, result, *wish);
 }
 
 /// The whole capture is evaluated, so that findings have the numbers that `check` gives them.
-ExitStatus CopyRun::Judge(Console& console, const Plan& plan, AnalysisResult& result) const {
+ExitStatus CopyRun::Evaluate(Console& console, const Plan& plan, AnalysisResult& result) const {
   AnalysisOptions analysis = plan.settings.analysis;
   analysis.from_s = analysis.to_s = std::nullopt;
   analysis.from_frame = analysis.to_frame = std::nullopt;

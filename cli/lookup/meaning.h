@@ -10,12 +10,12 @@
 
 namespace ecaudit::cli {
 
-/// What one document says about it.
+/// What one document states about it.
 struct Statement {
   std::string family;  ///< "standard", or the id of a profile
   std::string text;
   std::string note;
-  std::string source;  ///< "AKD-2011, 4.3.3": manual and section; empty where the note says why
+  std::string source;  ///< "AKD-2011, 4.3.3": manual and section; empty where the note gives the reason
 };
 
 /// One of the things that the number can be.

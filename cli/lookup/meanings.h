@@ -11,8 +11,8 @@
 
 namespace ecaudit::cli::lookup {
 
-/// Adds what the standard says, and then what each family says in its own words.
-/// @param say  gives nothing where the family has no such row; what a family only inherits is the standard's
+/// Adds what the standard states, and then what each family states in its own words.
+/// @param statement_of  gives nothing where the family has no such row; what a family only inherits is the standard's
 template <typename StatementOf>
 void AddStatements(const Families& families, Meaning& meaning, StatementOf statement_of) {
   const device::DeviceDescription* generic = nullptr;

@@ -124,7 +124,7 @@ void AddDriveWords(const DeviceDescription& family, const std::string& name, con
     AddWordBits(name, family.drive->status_bits, rows);
   }
   if (index == 0x6060 || index == 0x6061) AddModes(name, *family.drive, rows);
-  // A family that has nothing of its own to say repeats the standard.
+  // A family without a statement of its own repeats the standard.
   if (standard != nullptr && standard != &*family.drive) {
     std::vector<Statement> common;
     if (index == 0x6040) AddWordBits(name, standard->control_bits, common);

@@ -9,7 +9,7 @@
 namespace ecaudit::report {
 namespace {
 
-/// Steps are alike when a report would say the same of them.
+/// Steps are alike when a report would show the same of them.
 std::string StepAsShown(const StartupStep& step) {
   JsonText text(JsonText::Layout::kLine);
   text.Object([&](JsonObject& json) { PutStepWhat(json, step); });

@@ -94,7 +94,7 @@ std::string CoverageText(std::span<const RuleCoverage> rules) {
   const CoverageCount all = CountOf(rules);
   if (all == CoverageCount{}) return {};
   std::string text = Grouped(all.judged) + " of " + Grouped(all.applicable());
-  if (all.partly > 0) text += ", " + Grouped(all.partly) + " more in part";
+  if (all.partly > 0) text += ", " + Grouped(all.partly) + " in part";
   std::string chapters, without;
   for (const ChapterCoverage& chapter : ByChapter(rules)) {
     const CoverageCount& count = chapter.count;
@@ -107,7 +107,7 @@ std::string CoverageText(std::span<const RuleCoverage> rules) {
     list += kHardSpace + Grouped(count.judged) + "/" + Grouped(count.applicable());
   }
   if (!chapters.empty()) text += ": " + chapters;
-  if (!without.empty()) text += "; nothing to judge: " + without;
+  if (!without.empty()) text += "; not applicable: " + without;
   return text;
 }
 

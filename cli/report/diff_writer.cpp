@@ -46,7 +46,7 @@ class DiffText {
     for (const diff::Difference& d : all) {
       if (d.area == diff::Area::kOutcome) Outcome(d);
     }
-    Section(different && HasOutcome() ? "What is done differently, the most telling first" : "Differences",
+    Section(different && HasOutcome() ? "What is done differently, the most important first" : "Differences",
             [](const diff::Difference& d) {
               return d.counts && !d.consequence && d.area != diff::Area::kOutcome && d.area != diff::Area::kFinding &&
                      d.area != diff::Area::kBus;

@@ -183,15 +183,15 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
                                                      : "no EtherCAT frame among " + Count(capture.packets, "packet");
     return {summary.fail ? "FAIL" : summary.unmet ? "UNMET" : "NOTHING-TO-CHECK", packets + limits};
   }
-  if (!capture.judged) return {"NOT-JUDGED", "the start-up is shown; ecaudit check judges the capture" + limits};
+  if (!capture.judged) return {"NOT-JUDGED", "the start-up is shown; ecaudit check evaluates the capture" + limits};
   const std::string verdict = summary.fail ? "FAIL" : summary.unmet ? "UNMET" : summary.limited ? "LIMITED" : "PASS";
-  if (summary.limited && !summary.fail && capture.slaves > 0) limits = "; not judged: " + capture.limited + limits;
+  if (summary.limited && !summary.fail && capture.slaves > 0) limits = "; not evaluated: " + capture.limited + limits;
   const std::optional<MainFinding> main = MainFindingOf(capture);
   if (!main) {
     const std::string none = std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +
                              Count(capture.ethercat_frames, "EtherCAT frame");
-    const std::string slaves = capture.slaves > 0 ? " of " + SlavesText(capture.slaves, capture.slaves_there)
-                                                  : "; no slave is known";
+    const std::string slaves =
+        capture.slaves > 0 ? " of " + SlavesText(capture.slaves, capture.slaves_there) : "; no slave is known";
     std::string reach = capture.complete ? "" : ", as far as the capture was read";
     if (MissesPackets(capture)) reach += ", but the capture misses packets";
     return {verdict, none + slaves + reach + limits};

@@ -44,7 +44,7 @@ struct FindingDigest {
   std::string document, section;  ///< of the reference; may be empty
   std::string wireshark_filter;   ///< may be empty
   bool known = false;             ///< the baseline lists it
-  std::string known_because;      ///< what the baseline says of it; may be empty
+  std::string known_because;      ///< what the baseline states of it; may be empty
   std::uint64_t line = 0;         ///< of its frame in the text of `decode`; 0: not counted
 
   static constexpr std::size_t kNoCause = SIZE_MAX;

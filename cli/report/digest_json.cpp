@@ -99,7 +99,7 @@ std::size_t FindingIndexOf(std::string_view id, Fields& fields) {
   return number - 1;
 }
 
-/// What findings say of their slaves. Looked up, not searched for: a report may have thousands of both.
+/// What findings show of their slaves. Looked up, not searched for: a report may have thousands of both.
 class SlaveTexts {
  public:
   /// Of two slaves at one position the last one counts.

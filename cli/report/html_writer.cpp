@@ -34,7 +34,7 @@ void PutPage(JsonObject& out, const CaptureReport& capture) {
   out.Object("timeline", [&](JsonObject& json) { PutTimeline(json, capture.result, *capture.timeline); });
 }
 
-/// What `ecaudit explain` says of the rules that found something: who gets the page by mail has no program.
+/// What `ecaudit explain` shows of the rules that found something: readers who get the page by mail have no program.
 void PutRulePages(JsonObject& out, const Report& report) {
   std::set<std::string_view> fired;
   for (const CaptureReport& capture : report.captures) {
@@ -52,7 +52,7 @@ void PutRulePages(JsonObject& out, const Report& report) {
   });
 }
 
-/// Larger data are packed: the report of forty slaves says nearly the same forty times.
+/// Larger data are packed: the report of forty slaves has nearly the same forty times.
 constexpr std::size_t kPlainBytes = 256 * 1024;
 
 /// The data, or {"packed": "..."} with them.

@@ -209,7 +209,7 @@ void WriteJsonDocument(const TextSink& sink, Write&& write) {
   sink(text.Take() + "\n");
 }
 
-/// The member "tool" with which every document of ours says who wrote it.
+/// The member "tool" that names the program in each of our documents.
 void PutTool(JsonObject& out, std::string_view version);
 
 // --- templates: they only open, call and close

@@ -11,7 +11,7 @@
 
 namespace ecaudit::report {
 
-/// Columns of a line where no terminal says how many it has.
+/// Columns of a line where no terminal shows how many it has.
 inline constexpr std::size_t kLineWidth = 80;
 
 inline constexpr std::size_t kPageWidth = 110;

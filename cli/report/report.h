@@ -45,7 +45,7 @@ struct CaptureReport {
   std::shared_ptr<const Timeline> timeline;  ///< null: nothing to draw over time
   /// Per finding of `result`: true when the baseline lists it. Empty: no baseline.
   std::vector<bool> known;
-  std::vector<std::string> known_because;  ///< likewise, what the baseline says of it
+  std::vector<std::string> known_because;  ///< likewise, what the baseline states of it
   /// Per finding: the line of its first frame in the text of `decode`, 0 where it has none. Empty: not counted.
   std::vector<std::uint64_t> decode_lines;
   Selection selection;

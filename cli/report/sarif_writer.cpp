@@ -127,7 +127,7 @@ class SarifWriter {
         results_.Add([&](JsonObject& json) { PutResult(json, capture, f, artifact, fingerprint, which); });
       }
       for (const NotJudged& entry : capture.not_judged) {
-        AddNotification("note", entry.rule + " not judged, " + PlaceOf(entry) + ": " + OneLine(entry.reason), artifact,
+        AddNotification("note", entry.rule + " not evaluated, " + PlaceOf(entry) + ": " + OneLine(entry.reason), artifact,
                         &entry.rule);
       }
     }

@@ -8,7 +8,7 @@
 
 namespace ecaudit::report {
 
-/// What a finding says. Printable, of one line each, without line breaks.
+/// The sentences of a finding. Printable, of one line each, without line breaks.
 struct Sentences {
   std::string title;    ///< without full stop, slave and frame
   std::string message;  ///< observed and expected

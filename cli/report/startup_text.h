@@ -8,7 +8,7 @@
 
 namespace ecaudit::report {
 
-/// One capture after the other: what was found against an expectation, where `report.judged_startup` says that there
+/// One capture after the other: what was found against an expectation, where `report.judged_startup` shows that there
 /// was one, then the phases of each slave with their steps.
 [[nodiscard]] std::string WriteStartupText(const Report& report, const TextStyle& style);
 

@@ -32,7 +32,7 @@ constexpr std::size_t kObjectsShown = 12;
 constexpr std::size_t kFindingsInFull = 25;
 /// Evidence up to this many columns stays on one line.
 constexpr std::size_t kKeptTogether = 50;
-/// Reasons shown under "Not judged".
+/// Reasons shown under "Not evaluated".
 constexpr std::size_t kReasonsShown = 15;
 /// Ways to know more that are shown.
 constexpr std::size_t kAdviceShown = 3;
@@ -126,19 +126,19 @@ class CaptureText {
     for (const std::string& note : VerdictNotes(digest)) {
       if (verdict.rest.find(note) == std::string::npos) text_.Paragraph(note, 0, 2);
     }
-    if (const std::string judged = JudgedText(); !judged.empty()) text_.Paragraph(judged, 0, 2);
+    if (const std::string evaluated = EvaluatedText(); !evaluated.empty()) text_.Paragraph(evaluated, 0, 2);
   }
 
-  /// "judged: 204 of 216, 6 more in part; 4 rules not everywhere (see below)"
-  [[nodiscard]] std::string JudgedText() const {
+  /// "evaluated: 204 of 216 checks, 6 in part; 4 rules not for every slave (see below)". A check is a rule for one slave.
+  [[nodiscard]] std::string EvaluatedText() const {
     const CoverageCount count = CountOf(result_.coverage);
     std::string text;
     if (count.applicable() > 0) {
-      text = "judged: " + Grouped(count.judged) + " of " + Grouped(count.applicable());
-      if (count.partly > 0) text += ", " + Grouped(count.partly) + " more in part";
+      text = "evaluated: " + Grouped(count.judged) + " of " + Count(count.applicable(), "check");
+      if (count.partly > 0) text += ", " + Grouped(count.partly) + " in part";
     }
     if (!result_.not_evaluable.empty()) {
-      text += (text.empty() ? "" : "; ") + Count(RulesNotJudged(), "rule") + " not everywhere (see below)";
+      text += (text.empty() ? "" : "; ") + Count(RulesNotJudged(), "rule") + " not for every slave (see below)";
     }
     return text;
   }
@@ -275,7 +275,7 @@ class CaptureText {
     return text;
   }
 
-  /// "delay 300 ns, offset 29229 ns; SYNC0 every 1 ms since #2528, frames 491.0 to 960.7 us behind it"
+  /// "delay 300 ns, offset 29229 ns; SYNC0 every 1 ms since #2528, frames 491.0 to 960.7 us after it"
   [[nodiscard]] static std::string DcText(const DcSummary& dc) {
     std::vector<std::string> parts;
     if (dc.reference) parts.emplace_back("reference clock");
@@ -296,7 +296,7 @@ class CaptureText {
     if (dc.phase) {
       const SyncPhase& p = *dc.phase;
       std::string phase = "in OP frames " + Fixed(p.min_us, 1) + " to " + Fixed(p.max_us, 1) +
-                          " us behind SYNC0 (mean " + Fixed(p.mean_us, 1) + ", nearest " + Fixed(p.margin_us, 1) +
+                          " us after SYNC0 (mean " + Fixed(p.mean_us, 1) + ", nearest " + Fixed(p.margin_us, 1) +
                           " us in #" + std::to_string(p.margin_frame.number) + ")";
       if (p.empty_intervals + p.double_intervals > 0) {
         phase += ", " + Count(p.empty_intervals, "interval") + " without and " + Grouped(p.double_intervals) +
@@ -363,7 +363,7 @@ class CaptureText {
     return text;
   }
 
-  /// What to show of `history`: a request that is followed by the requested state goes without saying.
+  /// What to show of `history`: a request that is followed by the requested state needs no line.
   [[nodiscard]] static std::vector<const AlStep*> NotableSteps(const std::vector<AlStep>& history) {
     std::vector<const AlStep*> steps;
     for (std::size_t i = 0; i < history.size(); ++i) {
@@ -519,14 +519,14 @@ class CaptureText {
   void CoverageLines() {
     const std::string text = CoverageText(result_.coverage);
     if (text.empty()) return;
-    Heading("Judged (each rule once for a slave)");
+    Heading("Evaluated checks (a rule for one slave)");
     text_.Paragraph(text, 2);
   }
 
   /// What would open most of what could not be evaluated.
   void CaptureNext() {
     if (result_.capture_next.empty()) return;
-    Heading("What to capture next (rules it may open, each once for a slave)");
+    Heading("What to capture next (checks that it may add)");
     for (std::size_t i = 0; i < std::min(result_.capture_next.size(), kAdviceShown); ++i) {
       const CaptureAdvice& advice = result_.capture_next[i];
       text_.Paragraph(OneLine(advice.text) + " (" + Grouped(advice.judgements) + ")", 2, 6);
@@ -541,7 +541,7 @@ class CaptureText {
   void NotJudgedLines() {
     CoverageLines();
     if (result_.not_evaluable.empty()) return;
-    Heading("Could not be judged");
+    Heading("Not evaluated");
     // One line for each reason: the rules it silences, and for whom.
     struct Group {
       std::vector<std::string_view> rules;
@@ -587,7 +587,7 @@ class CaptureText {
 
   // --- capture facts ----------------------------------------------------------------------------------------------
 
-  /// What the models foretold, so that a reader knows how far they fit these slaves.
+  /// What the models predicted, so that a reader knows how far they fit these slaves.
   [[nodiscard]] std::string Predictions() const {
     const PredictionSummary& p = result_.bus.predictions;
     std::uint64_t made = 0;
@@ -608,8 +608,8 @@ class CaptureText {
     add(p.working_counters, "working counter");
     if (made == 0) return "";
     std::string text =
-        "models of the slaves: " + Grouped(held) + " of " + Grouped(made) + " predictions came true (" + kinds + ")";
-    if (!deviations.empty()) text += "; first not in " + deviations;
+        "models of the slaves: " + Grouped(held) + " of " + Grouped(made) + " predictions were right (" + kinds + ")";
+    if (!deviations.empty()) text += "; first wrong in " + deviations;
     return text;
   }
 
@@ -654,7 +654,7 @@ class CaptureText {
       reasons += Grouped(frames.undecided[i]) + ": " + std::string(Describe(static_cast<bus::Undecided>(i)));
     }
     if (!reasons.empty()) text += " (" + reasons + ")";
-    return text + " + " + Grouped(frames.in_flight) + " under way at the end";
+    return text + " + " + Grouped(frames.in_flight) + " in flight at the end";
   }
 
   [[nodiscard]] std::string TimeFacts() const {
@@ -678,7 +678,7 @@ class CaptureText {
         break;
       case DirectionSeen::kOutbound:
         text = result_.capture.frames.undecided[static_cast<std::size_t>(bus::Undecided::kNoAnswers)] > 0
-                   ? "outbound frames only: nobody answers"
+                   ? "outbound frames only: no slave answers"
                    : "outbound frames only: answers of the slaves are not in the capture";
         break;
       case DirectionSeen::kReturned:
@@ -721,7 +721,7 @@ class CaptureText {
       if (run.cycle_us > 0) text += ", every " + Fixed(run.cycle_us, 1) + " us";
     }
     if (runs.size() > kShown) text += "; and " + std::to_string(runs.size() - kShown) + " more";
-    return text + "; each is judged for itself";
+    return text + "; each is evaluated by itself";
   }
 
   /// "slaves signalled: DL status in 47 frames, #2 to #94 (slave 0)"
@@ -764,7 +764,7 @@ class CaptureText {
     add(c.malformed_frames, "malformed");
     add(c.cut_frames, "cut by the snap length");
     add(c.crc_error_frames, "with CRC errors");
-    return text.empty() ? text : "packets set aside: " + text;
+    return text.empty() ? text : "packets ignored: " + text;
   }
 
   const CaptureReport& capture_;

@@ -22,7 +22,7 @@ std::string Joined(const std::vector<std::string>& texts) {
 
 /// What the line shows, in the parts that can be shortened.
 struct Parts {
-  std::string before;  ///< "error: " where the verdict does not say it
+  std::string before;  ///< "error: " where the verdict does not show it
   std::string place;   ///< "slave 0 (AKD, 0x1001): "
   std::string short_place;
   std::string what;
@@ -139,7 +139,7 @@ VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, 
 std::vector<std::string> VerdictNotes(const CaptureDigest& capture) {
   std::vector<std::string> notes;
   if (!capture.unmet.empty()) notes.push_back("required and missing: " + Joined(capture.unmet));
-  if (!capture.limited.empty() && !capture.without_ethercat) notes.push_back("not judged: " + OneLine(capture.limited));
+  if (!capture.limited.empty() && !capture.without_ethercat) notes.push_back("not evaluated: " + OneLine(capture.limited));
   if (const std::string selected = Text(capture.selection); !selected.empty()) {
     notes.push_back("limited by " + OneLine(selected));
   }

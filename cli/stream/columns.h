@@ -13,7 +13,7 @@ namespace ecaudit::cli {
 /// "12.000000345"; "-" when unknown.
 [[nodiscard]] std::string SecondsText(std::optional<std::int64_t> ns);
 
-/// The column that says when: seconds from the first packet, or a clock time.
+/// The column that shows when: seconds from the first packet, or a clock time.
 struct TimeColumn {
   report::TimeMode mode = report::TimeMode::kRelative;
   FrameRef origin;  ///< first time stamp of the capture

@@ -62,7 +62,7 @@ std::string_view DatagramArrow(const DatagramRow& row) {
 std::string ContentText(const DatagramRow& row) {
   const wire::DatagramView& d = row.datagram;
   if (!wire::IsDefined(d.command_byte())) return "command " + std::to_string(d.command_byte()) + " does not exist";
-  // Where the direction is unknown, a working counter says that slaves were passed.
+  // Where the direction is unknown, a working counter shows that slaves were passed.
   std::string text = esc::DescribeDatagram(d, row.returned() || (!row.outbound() && d.wkc() != 0));
   const bool raw = wire::IsLogical(d.command()) || (HasEscAddress(d) && d.ado() >= esc::kProcessRam);
   const bool has_data = wire::Writes(d.command()) || !row.outbound();

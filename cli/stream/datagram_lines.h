@@ -41,8 +41,8 @@ class RegisterNames {
   std::unordered_map<std::uint32_t, std::string> names_;
 };
 
-/// What a JSON line says of a datagram between its time and its data, but for the index, which every frame has another
-/// one of. A cycle mostly says what the one before said in the same place.
+/// What a JSON line shows of a datagram between its time and its data, but for the index, which every frame has another
+/// one of. A cycle mostly shows what the one before reported in the same place.
 class DatagramFields {
  public:
   struct Key {
@@ -73,7 +73,7 @@ class DatagramFields {
 /// Appends the object that contract and docs/json.md describe, without a line break.
 void AppendDatagramJson(std::string& out, const DatagramRow& row, DatagramFields& fields);
 
-/// Contents of datagrams in words. A cycle mostly says what the one before said in the same place.
+/// Contents of datagrams in words. A cycle mostly shows what the one before reported in the same place.
 class ContentTexts {
  public:
   /// Valid until the next call.

@@ -1,5 +1,5 @@
 /// EEPROM accesses as few lines: reads of neighbouring words become one, and when the master turns to other things, one
-/// line says what the words read so far contain.
+/// line shows what the words read so far contain.
 #pragma once
 
 #include <cstdint>

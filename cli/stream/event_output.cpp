@@ -50,7 +50,7 @@ void EventOutput::ReportLeftOut() {
 
 void EventOutput::Begin() {
   for (LineTarget& target : context_.targets) {
-    if (target.format != LineFormat::kText) continue;
+    if (target.format != kTextLines) continue;
     const report::Style bold = report::Style::kBold;
     Columns columns(target.output.buffer(), target.color);
     const TimeColumn time = context_.time();
@@ -72,7 +72,7 @@ void EventOutput::Write(const EventRow& row) {
   Waiting waiting{row.frame_.number, number_++, {}};
   for (const LineTarget& target : context_.targets) {
     std::string& out = waiting.lines.emplace_back();
-    if (target.format == LineFormat::kJsonLines) {
+    if (target.format == kJsonLines) {
       out = json_;
     } else if (types_.chosen() || !row.shown_elsewhere) {
       Columns columns(out, target.color);

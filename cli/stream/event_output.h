@@ -28,7 +28,7 @@ class EventOutput {
   /// @param slave kNoSlave: the whole bus
   ///
   /// Lines grow with the bytes of the capture. A broadcast that makes an event of each of a thousand slaves has its
-  /// lines as long as there is room; what has none is counted, and said.
+  /// lines as long as there is room; the rest is counted, and reported.
   [[nodiscard]] bool Wants(EventType type, const FrameRef& frame, SlaveId slave);
 
   /// Writes the titles of the columns.

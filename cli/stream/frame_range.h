@@ -25,7 +25,7 @@ struct FrameRange {
   }
 };
 
-/// What the options say: `frames` is "743", "743-800", "743-" or "-800"; it narrows --from and --to.
+/// The values of the options: `frames` is "743", "743-800", "743-" or "-800"; it narrows --from and --to.
 [[nodiscard]] Result<FrameRange> ReadFrameRange(const AnalysisOptions& analysis,
                                                 const std::optional<std::string>& frames);
 

@@ -1,14 +1,9 @@
 #include "cli/stream/signal_writer.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <map>
 
-#include "analyzers/signals/signal_value.h"
 #include "cli/interrupt.h"
-#include "cli/report/layout.h"
-#include "cli/stream/json_line.h"
 #include "decoder/base/text.h"
 #include "decoder/base/wrapping.h"
 #include "decoder/esc/bit_copy.h"
@@ -20,45 +15,9 @@ namespace {
 
 using device::PdoDirection;
 
-constexpr std::array kSignalFormats{OutputFormat{"csv", ".csv"}, OutputFormat{"jsonl", ".jsonl"}};
 constexpr std::size_t kMaxKinds = 4096;
 constexpr std::size_t kMaxLayouts = 4096;
-constexpr std::size_t kLongestCell = 24;  // a comma and an integer of 64 bits
-constexpr std::size_t kMaxNamed = 4;      // things listed in one warning
-
-std::string_view PdoDirectionName(PdoDirection direction) {
-  return direction == PdoDirection::kRx ? "rx" : "tx";
-}
-
-/// RFC 4180: between quotation marks, and those doubled, where a program could mistake it. Names come from devices and
-/// files of others: what a spreadsheet would take for a formula gets an apostrophe in front, which makes it text.
-void AppendCsv(std::string& out, std::string_view text) {
-  const bool formula = !text.empty() && std::string_view("=+-@\t\r").find(text.front()) != std::string_view::npos;
-  if (text.find_first_of(",\"\r\n;") == std::string_view::npos) {
-    if (formula) out += '\'';
-    out += text;
-    return;
-  }
-  out += '"';
-  if (formula) out += '\'';
-  for (const char c : text) {
-    if (c == '"') out += '"';
-    out += c;
-  }
-  out += '"';
-}
-
-void AppendSignal(std::string& out, const signals::SignalValue& value) {
-  if (const auto* number = std::get_if<std::uint64_t>(&value)) {
-    AppendNumber(out, *number);
-  } else if (const auto* with_sign = std::get_if<std::int64_t>(&value)) {
-    AppendNumber(out, *with_sign);
-  } else {
-    const std::size_t at = out.size();
-    AppendJsonNumber(out, std::get<double>(value));
-    if (out.compare(at, std::string::npos, "null") == 0) out.replace(at, std::string::npos, "nan");
-  }
-}
+constexpr std::size_t kMaxNamed = 4;  // things listed in one warning
 
 /// What a control word asks for: "Shutdown"; several where the word alone does not distinguish them.
 std::string CommandText(const device::DriveProfile& drive, std::uint16_t before, std::uint16_t word) {
@@ -87,7 +46,12 @@ std::uint64_t KindOf(wire::Command command, std::uint32_t address, std::size_t l
 }  // namespace
 
 std::span<const OutputFormat> SignalWriter::formats() const {
-  return kSignalFormats;
+  static const std::vector<OutputFormat> kFormats = [] {
+    std::vector<OutputFormat> formats;
+    for (const RowFormat& format : RowFormats()) formats.push_back(format.output);
+    return formats;
+  }();
+  return kFormats;
 }
 
 const AnalysisOptions& SignalWriter::Adapt(const AnalysisOptions& options) {
@@ -146,13 +110,11 @@ std::optional<Error> SignalWriter::EndLearning(Console& console) {
   shown_.resize(count);
   drives_.assign(count, nullptr);
   words_.resize(count);
-  json_keys_.clear();
-  forms_.clear();
-  for (const SignalColumn& column : columns_.columns()) {
-    forms_.push_back(FormOf(column));
-    std::string& key = json_keys_.emplace_back(",");
-    AppendJsonString(key, column.header);
-    key += ':';
+  texts_.resize(count);
+  word_columns_.clear();
+  for (std::uint32_t column = 0; column < count; ++column) {
+    const ColumnKind kind = columns_.columns()[column].kind;
+    if (kind == ColumnKind::kDriveState || kind == ColumnKind::kDriveCommand) word_columns_.push_back(column);
   }
 
   ReportOddities(console);
@@ -175,7 +137,7 @@ std::optional<Error> SignalWriter::EndLearning(Console& console) {
 
 /// Why bytes have no names, and which names are guesses; the same thing of many slaves once.
 void SignalWriter::ReportOddities(Console& console) const {
-  std::map<std::string, std::vector<std::string>> raw;                     // slaves by what is said of them
+  std::map<std::string, std::vector<std::string>> raw;                     // slaves by what is reported about them
   std::vector<std::pair<std::string, std::vector<std::string>>> inferred;  // objects of each slave, in their order
   const auto add = [](std::vector<std::string>& list, const std::string& item) {
     if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
@@ -197,14 +159,6 @@ void SignalWriter::ReportOddities(Console& console) const {
   for (const auto& [objects, slaves] : guesses) {
     console.Warning(Listed(slaves) + ": " + objects + " named after another family of the same maker");
   }
-}
-
-/// How nearly all signals are written, said once: as signals::ReadSignal() reads them.
-SignalWriter::Form SignalWriter::FormOf(const SignalColumn& column) {
-  if (column.kind != ColumnKind::kSignal || column.divisor != 1.0) return Form::kOther;
-  const signals::SignalValue none = signals::ReadSignal(column.type, column.bits, 0);
-  if (std::holds_alternative<std::uint64_t>(none)) return Form::kNatural;
-  return std::holds_alternative<std::int64_t>(none) ? Form::kInteger : Form::kOther;
 }
 
 /// The number of the row's layout; nothing when there are too many.
@@ -258,7 +212,7 @@ void SignalWriter::KeepRow() {
 }
 
 void SignalWriter::KeepCell(std::uint32_t column) {
-  const Cell& cell = cells_[column];
+  const RowCell& cell = cells_[column];
   tape_.PutNumber(static_cast<std::uint64_t>(cell.content));
   if (cell.content == Content::kBytes) {
     tape_.PutNumber(cell.bytes.size());
@@ -270,7 +224,7 @@ void SignalWriter::KeepCell(std::uint32_t column) {
 
 void SignalWriter::KeepNumbers(std::span<const std::uint32_t> columns) {
   std::uint8_t* to = tape_.RoomForNumbers(2 * columns.size());
-  const Cell* const cells = cells_.data();
+  const RowCell* const cells = cells_.data();
   std::uint64_t* const before = before_.raw.data();
   const ColumnKind* const kinds = kept_kinds_.data();
   for (const std::uint32_t column : columns) {
@@ -300,12 +254,12 @@ void SignalWriter::TakeRow() {
   if ((flags & 4U) != 0) row_.dc_time = before_.dc_time = next(before_.dc_time);
   row_.filled = layout.places;
   const bool all_numbers = (flags & 8U) != 0;
-  Cell* const cells = cells_.data();
+  RowCell* const cells = cells_.data();
   std::uint64_t* const before = before_.raw.data();
   const ColumnKind* const kinds = kept_kinds_.data();
   const std::uint32_t* place = layout.places.data();
   for (const std::uint32_t column : layout.columns) {
-    Cell& cell = cells[*place];
+    RowCell& cell = cells[*place];
     cell.content = all_numbers ? Content::kNumber : static_cast<Content>(tape_.TakeNumber());
     if (cell.content == Content::kNumber) {
       cell.raw = before[column] ^= tape_.TakeNumber();
@@ -323,7 +277,7 @@ std::optional<Error> SignalWriter::WriteKept(const StreamContext& context) {
   const std::size_t columns = before_.raw.size();
   before_ = {};
   before_.raw.resize(columns);
-  for (LineTarget& target : context.targets) WriteHeader(target);
+  OpenSinks();
   tape_.Rewind();
   while (tape_.more() && !InterruptFlag()) {
     TakeRow();
@@ -335,11 +289,12 @@ std::optional<Error> SignalWriter::WriteKept(const StreamContext& context) {
 
 void SignalWriter::Begin(Observation& observation, const StreamContext& context) {
   BeginPass(observation, context);
-  for (LineTarget& target : context.targets) WriteHeader(target);
+  OpenSinks();
 }
 
 void SignalWriter::End() {
   EndRow();
+  for (const auto& sink : sinks_) sink->End();
 }
 
 bool SignalWriter::ShowsUnmet(std::span<const SlaveSelector> selectors) const {
@@ -387,18 +342,18 @@ void SignalWriter::On(const model::ProcessDataUnplaced& event) {
   if (in_range_) ShowDatagram(event.access);
 }
 
-SignalWriter::Cell& SignalWriter::Fill(std::uint32_t column) {
+RowCell& SignalWriter::Fill(std::uint32_t column) {
   if (column >= cells_.size()) {
     cells_.resize(column + std::size_t{1});
     drives_.resize(column + std::size_t{1});
   }
-  Cell& cell = cells_[column];
+  RowCell& cell = cells_[column];
   if (cell.content == Content::kAbsent) row_.filled.push_back(column);
   return cell;
 }
 
 void SignalWriter::FillBytes(std::uint32_t column, ByteSpan bytes) {
-  Cell& cell = Fill(column);
+  RowCell& cell = Fill(column);
   cell.content = bytes.empty() ? Content::kUnknown : Content::kBytes;
   cell.bytes.assign(bytes.begin(), bytes.end());
 }
@@ -434,11 +389,11 @@ void SignalWriter::On(const model::ProcessCycle& cycle) {
       continue;
     }
     const std::optional<std::uint64_t> value = cycle.Value(place);
-    Cell& cell = Fill(signal.column);
+    RowCell& cell = Fill(signal.column);
     cell.content = value ? Content::kNumber : Content::kUnknown;
     cell.raw = value.value_or(0);
     if (signal.extra == PartColumns::kNone) continue;
-    Cell& extra = Fill(signal.extra);
+    RowCell& extra = Fill(signal.extra);
     drives_[signal.extra] = part.model->profile->drive ? &*part.model->profile->drive : nullptr;
     if (!value) {
       extra.content = Content::kUnknown;
@@ -473,7 +428,7 @@ void SignalWriter::ShowDatagram(const track::LogicalAccess& access) {
       FillBytes(column, data);
     }
   };
-  // What the copy sent holds where slaves only read is nothing: it says what the master left there.
+  // What the copy sent holds where slaves only read is nothing: it shows what the master left there.
   if (access.command != wire::Command::LRD) show(false, access.sent, access.sent_data);
   if (access.command != wire::Command::LWR) show(true, access.returned, access.returned_data);
 }
@@ -497,19 +452,7 @@ void SignalWriter::EndRow() {
       show = rows_of_kind_[row_.kind]++ % options_.every == 0;
     }
     if (show && options_.changes) show = Changed();
-    if (show) {
-      bool open = false;
-      for (LineTarget& target : context_->targets) {
-        if (target.format == LineFormat::kJsonLines) {
-          WriteJsonRow(target.output.buffer());
-        } else {
-          WriteCsvRow(target.output.buffer());
-        }
-        target.output.EndLine();
-        open |= !target.output.closed();
-      }
-      if (!open) InterruptFlag() = true;  // the reader has closed the output
-    }
+    if (show) WriteRow();
     if (learning_ && keeps_) KeepRow();
     for (const std::uint32_t column : row_.filled) {
       if (column < cells_.size()) cells_[column].content = Content::kAbsent;
@@ -520,170 +463,46 @@ void SignalWriter::EndRow() {
   row_.dc_time.reset();
 }
 
-void SignalWriter::WriteHeader(LineTarget& target) {
-  std::string& out = target.output.buffer();
-  if (target.format == LineFormat::kCsv) {
-    out += context_->time_mode == report::TimeMode::kRelative ? "time_s" : "time";
-    out += dc_seen_ ? ",dc_time_ns,frame" : ",frame";
-    for (const SignalColumn& column : columns_.columns()) {
-      out += ',';
-      AppendCsv(out, column.header);
-    }
-    target.output.EndLine();
-    return;
-  }
-  const auto known = [](JsonLine& line, std::string_view key, const auto& value) {
-    if (value) {
-      line.Number(key, *value);
-    } else {
-      line.Null(key);
-    }
-  };
-  const auto text = [](JsonLine& line, std::string_view key, const std::string& value) {
-    if (value.empty()) {
-      line.Null(key);
-    } else {
-      line.Text(key, value);
-    }
-  };
-  for (const SignalColumn& column : columns_.columns()) {
-    JsonLine line(out);
-    line.Text("column", column.header);
-    const bool datagram = column.kind == ColumnKind::kDatagram;
-    line.Text("kind", column.kind == ColumnKind::kSignal         ? "signal"
-                      : column.kind == ColumnKind::kDriveState   ? "drive-state"
-                      : column.kind == ColumnKind::kDriveCommand ? "drive-command"
-                      : datagram                                 ? "datagram"
-                                                                 : "raw");
-    known(line, "slave", column.position);
-    known(line, "station_address", column.station);
-    text(line, "slave_name", column.slave_name);
-    text(line, "direction", datagram ? "" : std::string(PdoDirectionName(column.direction)));
-    if (column.index != 0) {
-      line.Number("pdo", column.pdo);
-      line.Number("index", column.index);
-      line.Number("subindex", column.subindex);
-      line.Number("bits", column.bits);
-      text(line, "type", column.type == mailbox::DataType::kUnknown ? "" : mailbox::Name(column.type));
-      text(line, "unit", column.unit);
-      text(line, "scale", column.scale);
-      AppendJsonNumber(line.Key("divisor"), column.divisor);
-      line.Bool("name_inferred", column.name_inferred);
-      text(line, "name", column.name);
-      text(line, "variable", column.variable);
-    }
-    text(line, "source", datagram ? "" : std::string(model::Name(column.source)));
-    text(line, "reason", column.reason);
-    line.Close();
-    target.output.EndLine();
+void SignalWriter::OpenSinks() {
+  table_ = {columns_.columns(), dc_seen_, context_->time_mode != report::TimeMode::kRelative};
+  sinks_.clear();
+  for (LineTarget& target : context_->targets) {
+    sinks_.push_back(RowFormats()[target.format].make(target.output));
+    sinks_.back()->Begin(table_);
   }
 }
 
-void SignalWriter::AppendCell(std::string& out, std::uint32_t number, bool json) {
-  const SignalColumn& column = columns_.columns()[number];
-  const Cell& cell = cells_[number];
-  if (cell.content == Content::kAbsent || cell.content == Content::kUnknown) {
-    if (json) out += "null";
-    return;
+void SignalWriter::WriteRow() {
+  for (const std::uint32_t column : word_columns_) {
+    if (cells_[column].content == Content::kNumber) RenewWord(column);
   }
-  if (cell.content == Content::kBytes) {
-    if (json) out += '"';
-    AppendHexBytes(out, cell.bytes);
-    if (json) out += '"';
-    return;
+  const FrameRef& frame = row_.frame();
+  const std::string time = context_->time().Iso(frame);
+  const TableRow row{frame.number, context_->source.SinceStart(frame), time, row_.dc_time, cells_, texts_};
+  bool open = false;
+  for (std::size_t i = 0; i < sinks_.size(); ++i) {
+    sinks_[i]->Row(row);
+    open |= !context_->targets[i].output.closed();
   }
-  if (column.kind != ColumnKind::kSignal) return AppendWord(out, number, json);
-  if (forms_[number] == Form::kNatural) return AppendNumber(out, cell.raw);
-  if (forms_[number] == Form::kInteger) return AppendNumber(out, SignExtend(cell.raw, column.bits));
-  const signals::SignalValue value = signals::ReadSignal(column.type, column.bits, cell.raw);
-  if (json && std::holds_alternative<double>(value)) {
-    AppendJsonNumber(out, std::get<double>(signals::Scaled(value, column.divisor)));
-  } else {
-    AppendSignal(out, signals::Scaled(value, column.divisor));
-  }
+  if (!open) InterruptFlag() = true;  // the reader has closed the output
 }
 
-void SignalWriter::AppendWord(std::string& out, std::uint32_t number, bool json) {
-  const std::uint64_t raw = cells_[number].raw;
-  const device::DriveProfile* drive = drives_[number];
-  Word& said = words_[number];
-  if (said.raw != raw || said.drive != drive) {
-    const auto word = static_cast<std::uint16_t>(raw);
-    std::string text;
-    if (drive != nullptr && columns_.columns()[number].kind == ColumnKind::kDriveState) {
-      if (const auto state = drive->StateOf(word)) text = device::DriveStateName(*state);
-    } else if (drive != nullptr) {
-      text = CommandText(*drive, static_cast<std::uint16_t>(raw >> 16U), word);
-    }
-    said = {raw, drive, {}, {}};
-    AppendCsv(said.csv, text);
-    if (text.empty()) {
-      said.json = "null";
-    } else {
-      AppendJsonString(said.json, text);
-    }
+/// Drives keep a state for long, and its name takes a search.
+void SignalWriter::RenewWord(std::uint32_t column) {
+  const std::uint64_t raw = cells_[column].raw;
+  const device::DriveProfile* drive = drives_[column];
+  Word& known = words_[column];
+  if (known.raw == raw && known.drive == drive) return;
+  known = {raw, drive};
+  std::string& text = texts_[column];
+  text.clear();
+  if (drive == nullptr) return;
+  const auto word = static_cast<std::uint16_t>(raw);
+  if (columns_.columns()[column].kind == ColumnKind::kDriveCommand) {
+    text = CommandText(*drive, static_cast<std::uint16_t>(raw >> 16U), word);
+  } else if (const auto state = drive->StateOf(word)) {
+    text = device::DriveStateName(*state);
   }
-  out += json ? said.json : said.csv;
-}
-
-void SignalWriter::WriteCsvRow(std::string& out) {
-  if (context_->time_mode != report::TimeMode::kRelative) {
-    out += context_->time().Iso(row_.frame());
-  } else if (const auto since = context_->source.SinceStart(row_.frame())) {
-    AppendSeconds(out, *since);
-  }
-  if (dc_seen_) {
-    out += ',';
-    if (row_.dc_time) AppendNumber(out, *row_.dc_time);
-  }
-  out += ',';
-  AppendNumber(out, row_.frame().number);
-  // Nearly all cells are integers: the text of as many as stand side by side joins the row at once.
-  line_.resize(cells_.size() * kLongestCell);
-  char* const begin = line_.data();
-  char* at = begin;
-  const Cell* cell = cells_.data();
-  for (std::uint32_t column = 0; column < cells_.size(); ++column, ++cell) {
-    *at++ = ',';
-    if (cell->content == Content::kAbsent || cell->content == Content::kUnknown) continue;
-    const Form form = cell->content == Content::kNumber ? forms_[column] : Form::kOther;
-    if (form == Form::kNatural) {
-      at = std::to_chars(at, at + kLongestCell, cell->raw).ptr;
-    } else if (form == Form::kInteger) {
-      at = std::to_chars(at, at + kLongestCell, SignExtend(cell->raw, columns_.columns()[column].bits)).ptr;
-    } else {
-      out.append(begin, static_cast<std::size_t>(at - begin));
-      at = begin;
-      AppendCell(out, column, false);
-    }
-  }
-  out.append(begin, static_cast<std::size_t>(at - begin));
-}
-
-void SignalWriter::WriteJsonRow(std::string& out) {
-  JsonLine line(out);
-  line.Number("frame", row_.frame().number);
-  if (const auto since = context_->source.SinceStart(row_.frame())) {
-    AppendSeconds(line.Key("time_s"), *since);
-  } else {
-    line.Null("time_s");
-  }
-  if (const std::string time = context_->time().Iso(row_.frame()); !time.empty()) line.Text("time", time);
-  if (row_.dc_time) {
-    line.Number("dc_time_ns", *row_.dc_time);
-  } else {
-    line.Null("dc_time_ns");
-  }
-  line.Key("values") += '{';
-  bool first = true;
-  for (std::uint32_t column = 0; column < cells_.size(); ++column) {
-    if (cells_[column].content == Content::kAbsent) continue;
-    out += first ? std::string_view(json_keys_[column]).substr(1) : std::string_view(json_keys_[column]);
-    first = false;
-    AppendCell(out, column, true);
-  }
-  out += '}';
-  line.Close();
 }
 
 }  // namespace ecaudit::cli

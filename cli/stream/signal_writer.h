@@ -11,6 +11,7 @@
 
 #include "analyzers/model/bus_model.h"
 #include "analyzers/signals/layout_guess.h"
+#include "cli/stream/row_sink.h"
 #include "cli/stream/row_tape.h"
 #include "cli/stream/signal_columns.h"
 #include "cli/stream/stream_run.h"
@@ -43,7 +44,7 @@ class SignalWriter final : public LineWriter {
   void Begin(Observation& observation, const StreamContext& context) override;
   void End() override;
   [[nodiscard]] bool ShowsUnmet(std::span<const SlaveSelector> selectors) const override;
-  /// What comes later says nothing about what was before.
+  /// What comes later shows nothing about what was before.
   [[nodiscard]] bool stops_at_range_end() const override { return true; }
 
   // What is received.
@@ -53,23 +54,11 @@ class SignalWriter final : public LineWriter {
   void On(const model::ProcessDataUnplaced& event);
 
  private:
-  enum class Content : std::uint8_t {
-    kAbsent,   ///< not in this frame
-    kUnknown,  ///< in this frame, but the slave did not give it
-    kNumber,
-    kBytes,
-  };
-  struct Cell {
-    Content content = Content::kAbsent;
-    std::uint64_t raw = 0;
-    std::vector<std::uint8_t> bytes;
-    friend bool operator==(const Cell&, const Cell&) = default;
-  };
-  /// What a state or command column last said. Drives stay in a state for long, and its name takes a search.
+  using Content = RowCell::Content;
+  /// The last word of a state or command column.
   struct Word {
     std::optional<std::uint64_t> raw;  ///< unset: nothing yet
     const device::DriveProfile* drive = nullptr;
-    std::string csv, json;
   };
   /// The frame whose row is being put together.
   struct Row {
@@ -93,10 +82,6 @@ class SignalWriter final : public LineWriter {
     std::vector<std::uint64_t> raw;  ///< by column, as numbered before they were sorted
   };
 
-  /// What a column's numbers are.
-  enum class Form : std::uint8_t { kNatural, kInteger, kOther };
-
-  [[nodiscard]] static Form FormOf(const SignalColumn& column);
   void ReportOddities(Console& console) const;
   [[nodiscard]] std::optional<std::uint32_t> LayoutOfRow();
   void KeepRow();
@@ -108,15 +93,13 @@ class SignalWriter final : public LineWriter {
   bool EnterRow(const FrameRef& sent, const FrameRef& returned);
   void EndRow();
   [[nodiscard]] bool Changed();
-  Cell& Fill(std::uint32_t column);
+  RowCell& Fill(std::uint32_t column);
   void FillBytes(std::uint32_t column, ByteSpan bytes);
   void ShowDatagram(const track::LogicalAccess& access);
   [[nodiscard]] std::string WhyUnknown() const;
-  void WriteHeader(LineTarget& target);
-  void WriteCsvRow(std::string& out);
-  void WriteJsonRow(std::string& out);
-  void AppendCell(std::string& out, std::uint32_t column, bool json);
-  void AppendWord(std::string& out, std::uint32_t column, bool json);
+  void OpenSinks();
+  void WriteRow();
+  void RenewWord(std::uint32_t column);
 
   SignalOptions options_;
   SignalColumns columns_;
@@ -143,16 +126,16 @@ class SignalWriter final : public LineWriter {
   bool in_range_ = false;   ///< the datagram at hand is to be shown
   std::uint64_t kind_ = 0;  ///< of the datagram at hand
   Row row_;
-  std::vector<Cell> cells_;
-  std::vector<Cell> shown_;                          ///< as last written, for --changes
+  std::vector<RowCell> cells_;
+  std::vector<RowCell> shown_;                       ///< as last written, for --changes
   std::vector<const device::DriveProfile*> drives_;  ///< of state and command columns
   std::vector<Word> words_;                          ///< likewise
-  std::vector<Form> forms_;                          ///< of all columns
-  std::vector<std::string> json_keys_;               ///< of all columns, as JSON text with what stands around them
+  std::vector<std::string> texts_;                   ///< likewise, the meaning of words_
+  std::vector<std::uint32_t> word_columns_;          ///< the state and command columns
   std::vector<std::uint8_t> scratch_;
-  std::string line_;  ///< room for the cells of a row
+  RowTable table_;
+  std::vector<std::unique_ptr<RowSink>> sinks_;  ///< by target
   std::unordered_map<std::uint64_t, std::uint64_t> rows_of_kind_;
-  std::uint64_t rows_written_ = 0;
 };
 
 }  // namespace ecaudit::cli

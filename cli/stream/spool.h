@@ -51,7 +51,7 @@ class CapturePaths {
   [[nodiscard]] Result<std::unique_ptr<capture::FrameSource>> Open(const std::atomic<bool>* stop = nullptr) const;
   /// The captures, or the temporary files in their place.
   [[nodiscard]] const std::vector<std::string>& paths() const { return paths_; }
-  /// Users know nothing of temporary files: what `error` says of one it says of the input.
+  /// Users do not know about temporary files: an `error` about one is reported as about the input.
   [[nodiscard]] Error WithoutSpools(Error error) const;
 
  private:

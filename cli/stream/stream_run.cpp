@@ -23,21 +23,16 @@ ExitStatus Interrupted(Console& console, const std::string& message) {
   return ExitStatus::kInterrupted;
 }
 
-Result<std::vector<LineTarget>> OpenTargets(const std::vector<OutputTarget>& plan,
-                                            std::span<const OutputFormat> formats, bool color, Console& console) {
+Result<std::vector<LineTarget>> OpenTargets(const std::vector<OutputTarget>& plan, bool color, Console& console) {
   std::vector<LineTarget> targets;
   for (const OutputTarget& target : plan) {
-    const std::string_view name = formats[target.format].name;
-    const LineFormat format = name == "jsonl" ? LineFormat::kJsonLines
-                              : name == "csv" ? LineFormat::kCsv
-                                              : LineFormat::kText;
     if (target.standard()) {
-      targets.push_back({format, color && format == LineFormat::kText, LineOutput::ToConsole(console)});
+      targets.push_back({target.format, color, LineOutput::ToConsole(console)});
       continue;
     }
     Result<LineOutput> file = LineOutput::ToFile(target.path);
     if (!file) return file.error();
-    targets.push_back({format, false, std::move(*file)});
+    targets.push_back({target.format, false, std::move(*file)});
   }
   return targets;
 }
@@ -229,8 +224,7 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
     if (!opened) return Fail(console, opened.error());
     pass = std::make_unique<Pass>(std::move(*opened), writer, plan);
   }
-  Result<std::vector<LineTarget>> targets =
-      OpenTargets(*outputs, writer.formats(), output_.text.Colors(console), console);
+  Result<std::vector<LineTarget>> targets = OpenTargets(*outputs, output_.text.Colors(console), console);
   if (!targets) return Fail(console, targets.error());
   return Write(console, writer, plan, *pass, *targets);
 }

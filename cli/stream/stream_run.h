@@ -18,11 +18,13 @@
 
 namespace ecaudit::cli {
 
-enum class LineFormat : std::uint8_t { kText, kJsonLines, kCsv };
+/// Places in LineWriter::formats(), unless a writer has its own.
+inline constexpr std::size_t kTextLines = 0;
+inline constexpr std::size_t kJsonLines = 1;
 
 /// One destination.
 struct LineTarget {
-  LineFormat format = LineFormat::kText;
+  std::size_t format = 0;  ///< place in LineWriter::formats()
   bool color = false;
   LineOutput output;
 };
@@ -75,7 +77,7 @@ class StreamRun {
  public:
   /// @param formats  for the help
   void Declare(OptionSet& options, const std::string& formats = "text (default) or jsonl: one JSON object a line");
-  /// Reads the capture and lets `writer` write. What goes wrong is said on `console`, once.
+  /// Reads the capture and lets `writer` write. What goes wrong is reported on `console`, once.
   [[nodiscard]] ExitStatus Run(Console& console, LineWriter& writer, std::string_view command);
 
  private:

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <vector>
 
 #include "decoder/base/ids.h"
 
@@ -46,6 +47,7 @@ struct MemoryRange {
   [[nodiscard]] constexpr bool Meets(const MemoryRange& other) const {
     return first <= other.last && other.first <= last;
   }
+  bool operator==(const MemoryRange&) const = default;
 };
 
 /// An event about some bytes of a slave: who listens may name those that matter, and learns of nothing else.
@@ -53,10 +55,6 @@ template <class Event>
 concept OfMemory = requires(const Event& event) {
   { event.range() } -> std::same_as<MemoryRange>;
 };
-
-/// What is published of nearly every frame, whether or not anything changed; all other events are news.
-template <class Event>
-concept Routine = Event::kRoutine;
 
 /// By itself it has no listeners: what is published goes nowhere. EventBus has them.
 class EventSink {
@@ -68,21 +66,14 @@ class EventSink {
   /// Allocates nothing; an event without subscriber costs one load. Listeners may publish further events.
   template <class Event>
   void Publish(const Event& event) const {
-    if constexpr (!Routine<Event>) ++news_;
     const Subscribers& subscribers = subscribers_.data()[event_types::kNumber<Event>];  // Next() keeps below kMost
-    const Listener* const end = subscribers.first + subscribers.size;
     if constexpr (OfMemory<Event>) {
-      const MemoryRange range = event.range();
-      for (const Listener* listener = subscribers.first; listener != end; ++listener) {
-        if (listener->range.Meets(range)) listener->call(*listener, &event);
-      }
+      if (subscribers.size != 0) PublishOfMemory(subscribers, event.range(), &event);
     } else {
+      const Listener* const end = subscribers.first + subscribers.size;
       for (const Listener* listener = subscribers.first; listener != end; ++listener) listener->call(*listener, &event);
     }
   }
-
-  /// Events so far that were no Routine.
-  [[nodiscard]] std::uint64_t news() const { return news_; }
 
   /// Whether it is worth to make such an event at all.
   template <class Event>
@@ -99,14 +90,52 @@ class EventSink {
     std::array<std::byte, kHandlerBytes> handler{};
     MemoryRange range;  ///< of events OfMemory
   };
+  /// Those of a type OfMemory whose range meets that of an event: masters access the same few registers in every cycle.
+  struct Selection {
+    MemoryRange range{1, 0};                 ///< none that an event has
+    std::uint32_t calling = 0;               ///< events that are being handed to them
+    std::vector<const Listener*> listeners;  ///< with room for all
+  };
+  struct Selections {
+    std::array<Selection, 8> kept;
+    std::size_t next = 0;
+    Selection of_all;
+  };
   struct Subscribers {
     const Listener* first = nullptr;
     std::size_t size = 0;
+    Selections* selections = nullptr;  ///< of a type OfMemory
   };
   std::array<Subscribers, event_types::kMost> subscribers_{};
 
  private:
-  mutable std::uint64_t news_ = 0;
+  static void PublishOfMemory(const Subscribers& subscribers, const MemoryRange& range, const void* event) {
+    Selection& selection = Select(subscribers, range);
+    ++selection.calling;
+    for (const Listener* listener : selection.listeners) {
+      if (listener->range.Meets(range)) listener->call(*listener, event);
+    }
+    --selection.calling;
+  }
+  static Selection& Select(const Subscribers& subscribers, const MemoryRange& range) {
+    for (Selection& selection : subscribers.selections->kept) {
+      if (selection.range == range) return selection;
+    }
+    return Choose(subscribers, range);
+  }
+  [[gnu::noinline]] static Selection& Choose(const Subscribers& subscribers, const MemoryRange& range) {
+    Selections& all = *subscribers.selections;
+    Selection& selection = all.kept[all.next];
+    // Its listeners are being called: a listener has published events of the same type.
+    if (selection.calling != 0) return all.of_all;
+    all.next = (all.next + 1) % all.kept.size();
+    selection.range = range;
+    selection.listeners.clear();
+    for (const Listener* listener : all.of_all.listeners) {
+      if (listener->range.Meets(range)) selection.listeners.push_back(listener);
+    }
+    return selection;
+  }
 };
 
 }  // namespace ecaudit

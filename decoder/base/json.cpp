@@ -21,8 +21,8 @@ bool Parse(std::string_view text, Sax& listener) {
   return Json::sax_parse(text, &listener);
 }
 
-/// Builds the document in one pass. The library's own builder does not say where and why it fails without exceptions,
-/// nor that a key appears twice, nests without limit, and takes a block of memory for each value.
+/// Builds the document in one pass. The library's own builder does not report where and why it fails without
+/// exceptions, nor that a key appears twice, nests without limit, and takes a block of memory for each value.
 class Builder : public Sax {
  public:
   Builder(JsonTree& tree, std::size_t max_depth, std::string_view stop_after)

@@ -10,7 +10,7 @@ namespace ecaudit {
 enum class Certainty : std::uint8_t {
   kUnknown,   ///< nothing seen yet, or forgotten
   kInferred,  ///< follows from other observations
-  kObserved,  ///< the bytes were seen and the working counter says the slave gave or took them
+  kObserved,  ///< the bytes were seen and the working counter shows the slave gave or took them
 };
 
 template <typename T>

@@ -25,7 +25,7 @@ void ReadAll(int fd, std::uintmax_t largest, FileContent& content) {
   }
   content.outcome = Outcome::kTooLarge;
   if (static_cast<std::uintmax_t>(status.st_size) > largest) return;
-  // One byte more than it says: whether it ends there.
+  // One byte more than it states: whether it ends there.
   content.text.resize(static_cast<std::size_t>(status.st_size) + 1);
   std::size_t filled = 0;
   for (;;) {

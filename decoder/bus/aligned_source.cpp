@@ -46,7 +46,7 @@ void AlignedSource::Advance(Reader& reader) noexcept {
   reader.key = frame.key() ^ SenderOf(frame);
 }
 
-/// Whose packet comes next. A return never stands before its frame, whatever the clocks say.
+/// Whose packet comes next. A return never stands before its frame, whatever the clocks show.
 AlignedSource::Reader& AlignedSource::Earliest() noexcept {
   Reader& out = readers_[0];
   Reader& back = readers_[1];
@@ -105,7 +105,7 @@ AlignedSource::Sent* AlignedSource::SentBefore(const Reader& back) noexcept {
   return nearest;
 }
 
-/// What it is the return of says what the clocks are apart now.
+/// The frame that it is the return of shows how far the clocks are apart now.
 void AlignedSource::Follow(const Reader& reader) noexcept {
   if (reader.key == 0) return;
   if (!IsReturned(reader.head)) {
@@ -144,7 +144,7 @@ void AlignedSource::Measure(std::int64_t ahead, std::int64_t since) noexcept {
   in_window_ = 0;
 }
 
-/// What the file says of itself and of this packet. @param number  0: at the end
+/// What the file states about itself and this packet. @param number  0: at the end
 void AlignedSource::TakeInfo(Reader& reader, FrameNo number) {
   const capture::CaptureInfo& theirs = reader.source->info();
   for (; reader.comments < theirs.comments.size(); ++reader.comments) {

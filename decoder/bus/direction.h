@@ -1,9 +1,10 @@
 /// in: FrameView.  out: its Direction. Learns the masters' MAC addresses from the first frames of a capture.
 ///
-/// Every ESC sets bit 1 of the first byte of the source MAC, so a set bit says "has passed a slave" - unless the
+/// Every ESC sets bit 1 of the first byte of the source MAC, so a set bit shows "has passed a slave" - unless the
 /// master's own address has it (virtual NICs, KickCAT), or the tap sits between slaves. Then the copies are
-/// distinguished by the port of a probe or the capture interface, by what the file says of the direction, or by pairs:
-/// of two copies the one with the lower position counter and working counter is the outbound one (esc-reference 3.1).
+/// distinguished by the port of a probe or the capture interface, by what the file states of the direction, or by
+/// pairs: of two copies the one with the lower position counter and working counter is the outbound one
+/// (esc-reference 3.1).
 ///
 /// Several senders may be masters of one bus: with a redundant line the same frames or indices go out at both ends. A
 /// sender has a bus of its own in these cases:
@@ -86,7 +87,7 @@ class DirectionLearner {
   [[nodiscard]] bool Unanswered(const wire::FrameView& frame) const noexcept;
   /// True when outbound copies of this sender have already been counted by slaves: the tap sits downstream of slaves.
   [[nodiscard]] bool IsTappedAfterSlaves(const wire::FrameView& frame) const noexcept;
-  /// True for the second port of a redundant line: working counters of 0 there say nothing about the slaves.
+  /// True for the second port of a redundant line: working counters of 0 there show nothing about the slaves.
   [[nodiscard]] bool IsOtherEnd(const wire::FrameView& frame) const noexcept;
   /// True where one port of a redundant line was captured, and what it sends was not seen to come back.
   [[nodiscard]] bool HasOnePort() const { return one_port_; }

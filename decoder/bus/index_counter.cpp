@@ -1,7 +1,6 @@
 #include "decoder/bus/index_counter.h"
 
 #include <algorithm>
-#include <bit>
 
 namespace ecaudit::bus {
 namespace {
@@ -12,11 +11,6 @@ constexpr bool MayBeNoNumber(std::uint8_t index) {
 }
 
 }  // namespace
-
-bool IndexCounter::IsRegular() const noexcept {
-  const auto regular = static_cast<unsigned>(std::popcount(history_));
-  return steps_ >= kEnough && (steps_ - regular) * kOneOddIn <= steps_;
-}
 
 std::optional<std::uint8_t> IndexCounter::FollowedFrom(std::uint8_t first, std::uint8_t from_first,
                                                        std::uint8_t from_last) const noexcept {

@@ -38,7 +38,9 @@ class IndexCounter {
   void MoveTo(std::uint8_t first, std::uint8_t last) noexcept;
 
   /// True when it has gone on like this often enough, and lately.
-  [[nodiscard]] bool IsRegular() const noexcept;
+  [[nodiscard]] bool IsRegular() const noexcept {
+    return steps_ >= kEnough && (steps_ - unsigned{regular_}) * kOneOddIn <= steps_;
+  }
   [[nodiscard]] bool IsNext(std::uint8_t first) const noexcept { return any_ && Follows(first); }
   /// How many frames further the index is the same again, as far as seen; never 0.
   [[nodiscard]] std::uint32_t round() const noexcept;
@@ -69,7 +71,9 @@ class IndexCounter {
   void LearnStride(std::uint8_t first) noexcept;
   void Note(bool regular) noexcept {
     constexpr std::uint32_t kAllButOldest = 0x7FFF'FFFF;
+    if (history_ > kAllButOldest) --regular_;
     history_ = (history_ & kAllButOldest) << 1U | (regular ? 1U : 0U);
+    if (regular) ++regular_;
     if (steps_ < kMost) ++steps_;
   }
 
@@ -88,7 +92,8 @@ class IndexCounter {
   std::uint8_t end_ = 0;           ///< the last index before it restarts ...
   std::uint8_t begin_ = 0;         ///< ... at this one; both only where ends_ is not 0
   std::uint8_t ends_ = 0;          ///< how often that was seen
-  std::uint8_t steps_ = 0;         ///< in history_
+  std::uint8_t steps_ = 0;         ///< in history_ ...
+  std::uint8_t regular_ = 0;       ///< ... and of these, regular ones
   std::uint32_t history_ = 0;      ///< 1: the step was regular; newest in bit 0
 };
 

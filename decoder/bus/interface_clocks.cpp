@@ -170,7 +170,7 @@ const Heap& MostLikely(const std::vector<Heap>& heaps) {
   return *best;
 }
 
-/// True when the packets stand in the file as the moved stamps say.
+/// True when the packets stand in the file as the moved stamps show.
 bool StandInOrder(const Side& sent, const Side& returned, std::int64_t ahead) {
   constexpr std::size_t kAside = 2;
   constexpr std::size_t kOneIn = 50;
@@ -276,14 +276,14 @@ bool MayBeSlowLine(const Side& sent, const Side& returned, const std::vector<Pai
          GoingBack(sent, returned) * kOneIn <= sent.frames.size() + returned.frames.size();
 }
 
-/// What the order of the packets says, where they stand in that of the wire.
+/// What the order of the packets shows, where they stand in that of the wire.
 std::optional<ClocksApart> ByOrder(const Side& sent, const Side& returned, const std::vector<Pair>& in_file) {
   if (!StandInOrder(sent, returned, HowFarAhead(sent, returned, in_file, false))) return std::nullopt;
   const std::int64_t ahead = HowFarAhead(sent, returned, in_file, true);
   return ClocksApart{sent.interface, returned.interface, ahead, in_file.size(), true};
 }
 
-/// What the stamps say, whatever the order of the packets.
+/// What the stamps show, whatever the order of the packets.
 std::optional<ClocksApart> ByStamps(const Side& sent, const Side& returned, const std::vector<Pair>& pairs,
                                     const std::vector<Heap>& heaps) {
   if (MayBeOneClock(pairs, heaps.front().pairs)) return std::nullopt;

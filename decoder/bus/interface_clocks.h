@@ -1,7 +1,7 @@
 /// in: a capture of two interfaces.  out: by how much their clocks are apart.
 ///
 /// A tap hands what goes out to one interface and what comes back to another. Where each has a clock of its own the
-/// stamps of the two show nothing of each other, until the copies of the same frames say how far the clocks are apart.
+/// stamps of the two show nothing of each other, until the copies of the same frames show how far the clocks are apart.
 #pragma once
 
 #include <cstddef>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <numeric>
 #include <utility>
 
@@ -94,14 +95,15 @@ bool IsBroadcastOnly(const wire::FrameView& frame) {
 void TakeBytes(std::vector<std::uint8_t>& room, ByteSpan bytes) {
   constexpr std::size_t kUsualBytes = 1536;
   if (room.capacity() == 0) room.reserve(kUsualBytes);
-  room.assign(bytes.begin(), bytes.end());
+  if (room.size() != bytes.size()) room.resize(bytes.size());  // seldom: frames of the same few sizes take turns
+  if (!bytes.empty()) std::memcpy(room.data(), bytes.data(), bytes.size());
 }
 
 }  // namespace
 
 Pairing::Pairing(const DirectionLearner& directions, BusSink& sink) : directions_(directions), sink_(sink) {
-  Incident().no_answers = directions.no_answers();
-  Incident().one_port = directions.HasOnePort();
+  statistics_.no_answers = directions.no_answers();
+  statistics_.one_port = directions.HasOnePort();
   std::iota(place_.begin(), place_.end(), std::uint16_t{0});
 }
 
@@ -163,16 +165,16 @@ void Pairing::Push(const wire::FrameView& frame) noexcept {
 }
 
 void Pairing::PushOtherBus(const wire::FrameView& frame) noexcept {
-  if (Incident().other_bus++ == 0) Incident().other_bus_interface = frame.interface_index();
+  if (statistics_.other_bus++ == 0) statistics_.other_bus_interface = frame.interface_index();
   PushForeign(frame);
 }
 
 void Pairing::PushForeign(const wire::FrameView& frame) noexcept {
   sink_.OnFrame(frame, Direction::kForeign);
-  if (Incident().foreign++ == 0) Incident().first_foreign = frame.ref().number;
-  if (AnyWorkingCounter(frame)) ++Incident().foreign_answered;
+  if (statistics_.foreign++ == 0) statistics_.first_foreign = frame.ref().number;
+  if (AnyWorkingCounter(frame)) ++statistics_.foreign_answered;
   if (frame.kind() != wire::FrameKind::kMalformed) return;
-  ++Incident().foreign_unreadable;
+  ++statistics_.foreign_unreadable;
   sink_.OnUnusable(frame, Unusable::kMalformed, false);
 }
 
@@ -206,11 +208,11 @@ GapBefore Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Rep
   if (rhythm.indices.loose()) statistics_.last_loose = frame.ref().number;
   const FrameRef last = std::exchange(rhythm.last, frame.ref());
   if (step == IndexSequence::Step::kBroken) {
-    if (Incident().gaps++ == 0) Incident().first_gap = frame.ref();
+    if (statistics_.gaps++ == 0) statistics_.first_gap = frame.ref();
     OnGap(sender);
     return GapBefore::kCertain;
   }
-  // Where no number says that it is the next one, it is unknown how many are missing with its outbound copy.
+  // Where no number shows that it is the next one, it is unknown how many are missing with its outbound copy.
   if (copy == Copy::kProvesGap && !rhythm.indices.continued() && !OnlyOneFits(rhythm, last, frame.ref())) {
     OnGap(sender);
     return GapBefore::kCertain;
@@ -220,7 +222,7 @@ GapBefore Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Rep
   const std::int64_t apart = Elapsed(last.time, frame.ref().time);
   // It was the time-out of a master that waits for its frame, whose index is never twice the same else.
   const bool waited = apart > kCopyNs && apart / 2 > typical_round_trip_ns_;
-  if (repeats == Repeats::kAll && waited) ++Incident().repeated_unanswered;
+  if (repeats == Repeats::kAll && waited) ++statistics_.repeated_unanswered;
   const bool cyclic = !frame.empty() && wire::IsLogical(frame[0].command());
   if (repeats == Repeats::kAll && waited && (rhythm.indices.IsNumbered(frame) || (apart <= kRetryNs && !cyclic))) {
     return GapBefore::kNone;
@@ -378,14 +380,18 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   if (WasEarly(frame, key)) {
     files_early_ = true;
     ++statistics_.paired;
-    --Incident().unmatched_returned;
-    if (directions_.returns_stamped_first()) Overtake(sender, head_);
+    --statistics_.unmatched_returned;
+    if (directions_.returns_stamped_first()) {
+      Overtake(sender, head_);
+      ReportLost(head_);
+    }
     return;
   }
   if (head_ - tail_ >= kSlots) {
     Slot& oldest = At(tail_);
     if (oldest.state == SlotState::kOpen) {
       Lose(oldest, oldest.overtaken > 0 ? Loss::kOvertaken : Loss::kSilence);
+      ReportLost(tail_ + 1);
     }
     ++tail_;
     DropAnsweredTail();
@@ -606,6 +612,8 @@ bool Pairing::MayBeOfMissing(const Slot& slot) noexcept {
   return false;
 }
 
+/// All that is counted is counted before the sink gets the frame: statistics() then shows the frame that came back
+/// as returned, and those that it overtook for the last time as lost.
 void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept {
   slot.state = SlotState::kAnswered;
   slot.returned = returned.ref();
@@ -614,10 +622,10 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
   const std::uint32_t overtaken = slot.overtaken - (slot.before_gap ? 1U : 0U);
   if (overtaken > latest_ && indices.IsNumbered(slot.view) && !indices.IsNext(slot.view)) latest_ = overtaken;
   if (overtaken > 0 && MayBeOfMissing(slot)) {
-    if (!statistics_.first_in_doubt.seen()) Incident().first_in_doubt = returned.ref();
+    if (!statistics_.first_in_doubt.seen()) statistics_.first_in_doubt = returned.ref();
   } else if (overtaken > 0 && !MayBeOfLater(slot)) {
-    if (Incident().reordered++ == 0) Incident().first_reordered = returned.ref();
-    Incident().last_reordered = returned.ref();
+    if (statistics_.reordered++ == 0) statistics_.first_reordered = returned.ref();
+    statistics_.last_reordered = returned.ref();
   }
   slot.returned_interface = returned.interface_index();
   TakeBytes(slot.returned_bytes, datagrams);
@@ -635,7 +643,6 @@ void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datag
     if (other.state == SlotState::kOpen && other.sender == slot.sender) Doubt(other, Undecided::kBeforeFirstReturn);
   }
   Overtake(slot.sender, slot.sequence);
-  DropAnsweredTail();
 }
 
 /// Before the first frame that comes back to its sender: as many as no bus loses in a row, for longer than a frame is
@@ -693,14 +700,14 @@ bool Pairing::WasEarly(const wire::FrameView& frame, std::uint64_t key) noexcept
     if (!early.used || early.key != key) continue;
     if (!frame.ref().has_time || !early.ref.has_time) continue;
     const std::int64_t round_trip = Elapsed(frame.ref().time, early.ref.time);
-    // On one interface equal stamps say nothing: a later frame of a master that uses one index only looks the same.
+    // On one interface equal stamps show nothing: a later frame of a master that uses one index only looks the same.
     const bool one_interface = early.interface_index == frame.interface_index();
     const bool skewed = directions_.returns_stamped_first() && !one_interface;
     const std::int64_t least = one_interface ? 1 : skewed ? -DirectionLearner::kSkewNs : 0;
     if (round_trip < least || round_trip > kDuplicateNs) continue;
-    if (round_trip < 0) ++Incident().stamped_first;
+    if (round_trip < 0) ++statistics_.stamped_first;
     early.used = false;
-    if (early.counted_as_missed) --Incident().missed_outbound;
+    if (early.counted_as_missed) --statistics_.missed_outbound;
     return true;
   }
   return false;
@@ -713,7 +720,7 @@ GapBefore Pairing::AppearsLate(const Sender& master, const wire::FrameView* sent
   if (master.answered || statistics_.paired < kLong) return GapBefore::kNone;
   const bool begins = sent != nullptr && IsBroadcastOnly(*sent);
   if (begins && !IsWaitedForByOthers(master)) return GapBefore::kPossible;
-  if (Incident().gaps++ == 0) Incident().first_gap = behind;
+  if (statistics_.gaps++ == 0) statistics_.first_gap = behind;
   for (std::uint8_t other = 0; other < sender_count_; ++other) {
     if (senders_[other].answered) DoubtInFlight(other, Undecided::kSecondCapture);
   }
@@ -732,7 +739,7 @@ bool Pairing::IsWaitedForByOthers(const Sender& sender) noexcept {
 
 void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot* slot) noexcept {
   ++statistics_.returned;
-  if (statistics_.no_answers) Incident().no_answers = false;
+  if (statistics_.no_answers) statistics_.no_answers = false;
   Sender& sender = senders_[SenderIndex(frame)];
   sender.assumed = false;
   if (slot == nullptr && directions_.HasOnePort() && directions_.IsOtherEnd(frame) && !AnyWorkingCounter(frame)) {
@@ -751,8 +758,8 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
     slot->returned_bytes.clear();
     --statistics_.in_flight;
     Count(Undecided::kCapturedTwice);
-    ++Incident().captured_twice;
-    ++Incident().outbound_twice;
+    ++statistics_.captured_twice;
+    ++statistics_.outbound_twice;
     DropAnsweredTail();
     return;
   }
@@ -761,11 +768,11 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
     return;
   }
   if (IsSecondCopy(sender, frame, key) || IsAltered(frame)) return;
-  ++Incident().unmatched_returned;
+  ++statistics_.unmatched_returned;
   // Frames do not overtake each other: what was sent before the capture began comes back before all others.
   const bool missed = statistics_.paired > 0;
   if (missed) {
-    ++Incident().missed_outbound;
+    ++statistics_.missed_outbound;
     drops_.MissOutbound(frame.ref().number, statistics_.outbound);
   }
   any_early_ = true;
@@ -778,8 +785,8 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
 
 /// At the only port that was captured: the line is whole, and what this port sent has reached the other one.
 void Pairing::PushFromOtherEnd(const wire::FrameView& frame, std::uint64_t key) noexcept {
-  ++Incident().unmatched_returned;
-  ++Incident().other_end;
+  ++statistics_.unmatched_returned;
+  ++statistics_.other_end;
   const bool dummy = frame.size() == 1 && wire::IsBroadcast(frame[0].command());
   for (std::uint64_t s = head_; s != tail_; --s) {
     Slot& slot = At(s - 1);
@@ -795,6 +802,7 @@ void Pairing::PushFromOtherEnd(const wire::FrameView& frame, std::uint64_t key) 
       if (other.state == SlotState::kOpen && other.sender == slot.sender) Doubt(other, Undecided::kNoReturns);
     }
     Overtake(slot.sender, slot.sequence);
+    ReportLost(slot.sequence);
     sink_.OnTransaction({&slot.view, nullptr, true, TakeGap(slot.sequence)});
     DropAnsweredTail();
     return;
@@ -814,7 +822,7 @@ void Pairing::Overtake(std::uint8_t sender, std::uint64_t sequence) noexcept {
 void Pairing::HandOver(BusTransaction&& transaction) noexcept {
   transaction.other_end = directions_.IsOtherEnd(*transaction.returned);
   if (transaction.other_end && !AnyWorkingCounter(*transaction.returned)) {
-    ++Incident().other_end;
+    ++statistics_.other_end;
   } else {
     sink_.OnTransaction(transaction);
   }
@@ -836,8 +844,10 @@ void Pairing::AnswerInFlight(Slot& slot, const wire::FrameView& frame) noexcept 
   GapBefore gap = std::max(TakeGap(slot.sequence), AppearsLate(senders_[slot.sender], &slot.view, sent));
   if (gap == GapBefore::kNone && other) gap = GapBefore::kPossible;
   if (const int passed = Passed(slot.view, frame); passed != kNotCounted) passed_ = passed;
-  HandOver({&slot.view, &frame, false, gap});
   Answer(slot, frame, frame.payload());
+  HandOver({&slot.view, &frame, false, gap});
+  ReportLost(slot.sequence);
+  DropAnsweredTail();
 }
 
 /// True when it comes back so late, and numbers show so little, that it may answer a frame like it which the capture
@@ -867,10 +877,10 @@ bool Pairing::IsSecondCopy(const Sender& sender, const wire::FrameView& frame, s
   }
   if (original->returned_interface != frame.interface_index()) {
     // A bridge or mirror port, or the second port of a redundant master that sends on what it got.
-    ++Incident().captured_twice;
+    ++statistics_.captured_twice;
     return true;
   }
-  ++Incident().duplicated;
+  ++statistics_.duplicated;
   sink_.OnDuplicate(frame, original->returned.number);
   return true;
 }
@@ -884,33 +894,37 @@ bool Pairing::IsAltered(const wire::FrameView& frame) noexcept {
   if (senders_[alike->sender].rhythm.indices.IsAfter(frame, 1) && !WasSent(alike->sender, frame, Like::kIndex)) {
     return false;
   }
-  // With one index for all it says nothing: then only what differs by no more than flipped bits is the same frame, and
+  // With one index for all it shows nothing: then only what differs by no more than flipped bits is the same frame, and
   // what is like another frame that was sent just before is not.
   const IndexSequence& indices = senders_[alike->sender].rhythm.indices;
   if (indices.repeats() && !indices.IsNumbered(frame) &&
       (!FewBitsFlipped(alike->view, frame) || WasSent(alike->sender, frame, Like::kKey))) {
     return false;
   }
-  ++Incident().altered;
-  if (alike->overtaken == 0 && FewBitsFlipped(alike->view, frame) && Incident().flipped++ == 0) {
-    Incident().first_flipped = frame.ref().number;
+  ++statistics_.altered;
+  if (alike->overtaken == 0 && FewBitsFlipped(alike->view, frame) && statistics_.flipped++ == 0) {
+    statistics_.first_flipped = frame.ref().number;
   }
   DoubtOvertakenBy(*alike);
   sink_.OnDoubtful(alike->view);
-  sink_.OnUnusable(frame, Unusable::kAltered, true);
   Answer(*alike, frame, frame.payload());
+  sink_.OnUnusable(frame, Unusable::kAltered, true);
+  ReportLost(alike->sequence);
+  DropAnsweredTail();
   return true;
 }
 
 void Pairing::PushUnusable(const wire::FrameView& frame) noexcept {
   ++statistics_.returned;
-  if (statistics_.no_answers) Incident().no_answers = false;
+  if (statistics_.no_answers) statistics_.no_answers = false;
   sink_.OnUnusable(frame, Unusable::kMalformed, true);
   // It did come back, so the frame it answers is damaged but not lost.
   if (Slot* alike = FindAlike(frame); alike != nullptr) {
     DoubtOvertakenBy(*alike);
     sink_.OnDoubtful(alike->view);
     Answer(*alike, frame, {});
+    ReportLost(alike->sequence);
+    DropAnsweredTail();
   } else {
     DoubtAll(Undecided::kUnreadableReturn);
   }
@@ -925,23 +939,35 @@ void Pairing::DoubtOvertakenBy(const Slot& slot) noexcept {
   }
 }
 
+/// Counts it; ReportLost() reports it to the sink.
 void Pairing::Lose(Slot& slot, Loss loss) noexcept {
-  slot.state = SlotState::kFree;
+  slot.state = SlotState::kLost;
+  slot.loss = loss;
   --statistics_.in_flight;
   if (slot.copy) {
+    slot.state = SlotState::kFree;
     Count(Undecided::kCapturedTwice);
-    ++Incident().captured_twice;
-    ++Incident().outbound_twice;
+    ++statistics_.captured_twice;
+    ++statistics_.outbound_twice;
     return;
   }
   if (slot.undecided || !senders_[slot.sender].answered) {
     Count(slot.undecided ? slot.reason : statistics_.no_answers ? Undecided::kNoAnswers : Undecided::kNoReturns);
-    sink_.OnLost(slot.view, Loss::kUndecided, slot.followed_by_other);
+    slot.loss = Loss::kUndecided;
     return;
   }
-  ++Incident().lost;
+  ++statistics_.lost;
   drops_.MissReturn(slot.view.ref().number, slot.sent_before);
-  sink_.OnLost(slot.view, loss, slot.followed_by_other);
+}
+
+/// Of the frames before the one of this number those that are lost since the last call.
+void Pairing::ReportLost(std::uint64_t sequence) noexcept {
+  for (std::uint64_t s = tail_; s != sequence; ++s) {
+    Slot& slot = At(s);
+    if (slot.state != SlotState::kLost) continue;
+    slot.state = SlotState::kFree;
+    sink_.OnLost(slot.view, slot.loss, slot.followed_by_other);
+  }
 }
 
 void Pairing::DropAnsweredTail() noexcept {
@@ -959,20 +985,22 @@ void Pairing::Finish() noexcept {
     if (slot.overtaken > 0 || senders_[slot.sender].own_return_port) continue;
     silent[(s - 1) % kSlots] = IsSilent(slot.view.ref(), later);
   }
-  for (; tail_ != head_; ++tail_) {
-    Slot& slot = At(tail_);
+  for (std::uint64_t s = tail_; s != head_; ++s) {
+    Slot& slot = At(s);
     if (slot.state != SlotState::kOpen) continue;
     if (slot.overtaken > 0) {
       Lose(slot, Loss::kOvertaken);
-    } else if (silent[tail_ % kSlots]) {
+    } else if (silent[s % kSlots]) {
       Lose(slot, Loss::kSilence);
     }
   }
   drops_.Finish();
-  Incident().dropped_every = drops_.distance();
+  statistics_.dropped_every = drops_.distance();
   const std::uint64_t left_out = std::min(drops_.returns(), statistics_.lost);
-  Incident().lost -= left_out;
-  Incident().undecided[static_cast<std::size_t>(Undecided::kRecorder)] += left_out;
+  statistics_.lost -= left_out;
+  statistics_.undecided[static_cast<std::size_t>(Undecided::kRecorder)] += left_out;
+  ReportLost(head_);
+  tail_ = head_;
 }
 
 /// @param later how many frames the same sender sent after this one, none of which came back either

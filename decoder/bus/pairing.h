@@ -11,8 +11,8 @@
 /// the snap length may be the return, are undecided. So are frames in flight where the capture has a gap: where the
 /// indices of a master that numbers its frames do not follow each other, and, where indices do not show, where it was
 /// silent for much longer than before, and where a frame comes back whose outbound copy is not in the capture, unless
-/// its index says that it is only that copy. A master that sends the same frame again after a silence has shown that it
-/// was its time-out: the first one is lost. While no slave answers, nothing is lost or taken as done.
+/// its index shows that it is only that copy. A master that sends the same frame again after a silence has shown that
+/// it was its time-out: the first one is lost. While no slave answers, nothing is lost or taken as done.
 ///
 /// Where one port of a redundant line was captured, what it sends comes back at the other one, and is taken as done
 /// when what that one sent arrives; what comes back here shows that the line is broken.
@@ -33,18 +33,13 @@
 
 namespace ecaudit::bus {
 
-/// What changes with nearly every packet.
-struct PairingProgress {
-  FrameNo last_loose = 0;  ///< frame whose index does not say that it is the next one; 0: there was none
+struct PairingStatistics {
+  FrameNo last_loose = 0;  ///< frame whose index does not show that it is the next one; 0: there was none
   std::uint64_t outbound = 0;
   std::uint64_t returned = 0;
   std::uint64_t paired = 0;
   std::uint64_t in_flight = 0;         ///< at the end of the capture those that may still come back
   std::uint64_t identical_stamps = 0;  ///< pairs whose two copies have the same time stamp
-};
-
-/// What changes now and then.
-struct PairingIncidents {
   std::uint64_t lost = 0;
   /// No return seen, but it may have come back; by reason.
   std::array<std::uint64_t, kUndecidedReasons> undecided{};
@@ -85,10 +80,6 @@ struct PairingIncidents {
     return foreign_answered + (unanswered > kFewUnanswered ? unanswered : 0);
   }
 
-  bool operator==(const PairingIncidents&) const = default;
-};
-
-struct PairingStatistics : PairingProgress, PairingIncidents {
   /// What became of the outbound frames; balances at any moment.
   [[nodiscard]] FrameLedger frames() const { return {outbound, paired, lost, in_flight, undecided}; }
 };
@@ -130,18 +121,16 @@ class Pairing {
   /// Takes one packet in file order; those that are no EtherCAT frames only matter as neighbours of lost ones.
   void Push(const wire::FrameView& frame) noexcept;
   /// Takes one frame that is the packet before it once more (doubled_packets.h).
-  void PushOnceMore(const wire::FrameView& /*frame*/) noexcept { ++Incident().captured_twice; }
+  void PushOnceMore(const wire::FrameView& /*frame*/) noexcept { ++statistics_.captured_twice; }
   /// Takes one EtherCAT frame that was captured at another bus (interface_groups.h).
   void PushOtherBus(const wire::FrameView& frame) noexcept;
   /// The capture ends: frames that were overtaken are lost, the others are in flight.
   void Finish() noexcept;
 
   [[nodiscard]] const PairingStatistics& statistics() const { return statistics_; }
-  /// As long as it stays the same, PairingIncidents do.
-  [[nodiscard]] std::uint64_t incidents() const { return incidents_; }
 
  private:
-  enum class SlotState : std::uint8_t { kFree, kOpen, kAnswered };
+  enum class SlotState : std::uint8_t { kFree, kOpen, kAnswered, kLost };
   /// When and with which indices a master sends.
   struct Rhythm {
     IndexSequence indices;
@@ -167,6 +156,7 @@ class Pairing {
     bool followed_by_other = false;  ///< the very next packet was no EtherCAT frame
     bool undecided = false;          ///< may have come back unseen ...
     Undecided reason{};              ///< ... because of this
+    Loss loss{};                     ///< of one that is lost
     bool other_end = false;          ///< sent at the other end of a redundant line
     bool copy = false;               ///< may be the packet before it, captured twice
     bool before_gap = false;         ///< counted as overtaken once because the indices after it skip
@@ -251,12 +241,8 @@ class Pairing {
   void Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept;
   void DoubtSentWithoutAnswer(const Slot& first_answered) noexcept;
   void Lose(Slot& slot, Loss loss) noexcept;
-  void Count(Undecided reason) noexcept { ++Incident().undecided[static_cast<std::size_t>(reason)]; }
-  /// To change what changes now and then.
-  PairingIncidents& Incident() noexcept {
-    ++incidents_;
-    return statistics_;
-  }
+  void ReportLost(std::uint64_t sequence) noexcept;
+  void Count(Undecided reason) noexcept { ++statistics_.undecided[static_cast<std::size_t>(reason)]; }
   /// As often as a frame that did come back was overtaken, one that has not may still be: twice that is added.
   [[nodiscard]] std::uint32_t GivenUpAfter() const noexcept { return kOvertakenLimit + 2 * latest_; }
   void DropAnsweredTail() noexcept;
@@ -288,7 +274,6 @@ class Pairing {
   std::int64_t typical_round_trip_ns_ = 0;  ///< running average over unambiguous pairs; 0 until there was one
   DropPattern drops_;
   PairingStatistics statistics_;
-  std::uint64_t incidents_ = 0;
 };
 
 }  // namespace ecaudit::bus

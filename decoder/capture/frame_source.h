@@ -98,7 +98,7 @@ struct CaptureInfo {
 enum class ReadStatus : std::uint8_t {
   kFrame,    ///< `frame` is filled
   kEnd,      ///< no more packets
-  kDamaged,  ///< the file is damaged here: info().damage says where; no more packets will come
+  kDamaged,  ///< the file is damaged here: info().damage names the place; no more packets will come
 };
 
 class FrameSource {

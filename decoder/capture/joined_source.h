@@ -21,7 +21,7 @@ namespace ecaudit::capture {
 /// name, link type, snap length and resolution are one interface, so that a ring buffer of one interface stays one
 /// interface. Its `dropped` is the largest of the files': those counters run from the start of the capture, not of the
 /// file. Comments: of packets under their new number; of whole files each text once. Damage: a damaged file ends there
-/// and the others go on; at the end Next() says kDamaged. info().damage is there as soon as the first damage is met:
+/// and the others go on; at the end Next() returns kDamaged. info().damage is there as soon as the first damage is met:
 /// its message names each damaged file (the first ten of them) and counts packets as that file does, `after_frame` is
 /// the new number of the last packet before the first damage, `offset` lies in that file. Open files: only those that
 /// overlap in time at that moment, and those that cannot be opened twice (pipes).

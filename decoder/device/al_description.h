@@ -1,4 +1,4 @@
-/// What a drive family says about its AL state machine: transitions, refusals and AL status codes.
+/// What a drive family states about its AL state machine: transitions, refusals and AL status codes.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace ecaudit::device {
 enum class Basis : std::uint8_t {
   kPrinted,   ///< stated by the family's own manual
   kStandard,  ///< stated by ETG documents, an ESC data sheet, or the slave stack code most drives use
-  kInferred,  ///< the manual is silent; follows from the standard or from other rows; the note says how
+  kInferred,  ///< the manual is silent; follows from the standard or from other rows; the note states how
 };
 
 /// One pair of states: may the master request it, and what does the drive do about it?
@@ -28,9 +28,9 @@ struct AlTransition {
   Basis basis = Basis::kPrinted;
   std::string action;       ///< what the drive does; empty when nothing is documented
   std::string requirement;  ///< what the drive checks first; empty when nothing is documented
-  /// AL status codes by which the manual says such a request is refused; empty: none documented.
+  /// AL status codes by which the manual states such a request is refused; empty: none documented.
   std::vector<std::uint16_t> refusal_codes;
-  /// Codes that the standard or real firmware gives here though the manual does not list them; the note says which.
+  /// Codes that the standard or real firmware gives here though the manual does not list them; the note states which.
   std::vector<std::uint16_t> tolerated_codes;
   std::string note;
   std::string source;
@@ -76,7 +76,7 @@ struct AlDescription {
   std::vector<AlTransition> transitions;  ///< all 25 pairs, sorted by (from, to)
   std::vector<SpontaneousAlChange> spontaneous;
   std::vector<AlStatusCode> status_codes;  ///< sorted by code
-  /// True: the manual says that no other codes are supported.
+  /// True: the manual states that no other codes are supported.
   bool status_codes_complete = false;
   /// Codes from here on are the vendor's own and need no entry; unset: no such range.
   std::optional<std::uint16_t> vendor_codes_from;

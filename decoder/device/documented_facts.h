@@ -26,7 +26,7 @@ struct Fact {
   std::string source;
 };
 
-/// A category of the EEPROM, or what the manual says about its emulation.
+/// A category of the EEPROM, or what the manual states about its emulation.
 struct EepromFact {
   std::string kind;  ///< "category", "identity", "event", ...
   std::string key;

@@ -53,7 +53,7 @@ struct EsiDetails {
   std::vector<FmmuUse> fmmus;                   ///< by FMMU number
   std::vector<DcMode> dc_modes;
   std::vector<EsiInitCommand> init_commands;
-  /// CoE features; unset where the file does not say.
+  /// CoE features; unset where the file does not state them.
   std::optional<bool> pdo_assign, pdo_config;
   StateTimeouts timeouts;
   std::optional<EsiSlots> slot_rules;  ///< a modular device

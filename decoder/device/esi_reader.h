@@ -15,7 +15,7 @@ struct EsiFile {
   std::uint32_t vendor_id = 0;
   std::string vendor_name;
   /// In the order of the file. Filled: title, match, esi, pdo (contents and assignable ones), dictionary, mailbox
-  /// (sync managers, protocols). Their AL table is empty: an ESI does not say which transitions a device allows.
+  /// (sync managers, protocols). Their AL table is empty: an ESI does not state which transitions a device allows.
   std::vector<DeviceDescription> devices;
 
   /// The device with that product code: of that revision, else the one with the highest revision. Null when absent.
@@ -27,8 +27,8 @@ struct EsiFile {
 /// Same for a file; errors begin with its path.
 [[nodiscard]] Result<EsiFile> LoadEsiFile(const std::string& path);
 
-/// `family` with what the ESI says about the single device: identity, PDOs, objects, sync managers, mailbox protocols,
-/// DC modes. What only the family knows (state machines, limits, emergency codes) stays.
+/// `family` with what the ESI states about the single device: identity, PDOs, objects, sync managers, mailbox
+/// protocols, DC modes. What only the family knows (state machines, limits, emergency codes) stays.
 [[nodiscard]] DeviceDescription WithEsi(DeviceDescription family, const DeviceDescription& esi);
 
 }  // namespace ecaudit::device

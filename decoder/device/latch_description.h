@@ -29,7 +29,7 @@ struct ObjectAddress {
 struct LatchEdge {
   std::string name;                      ///< "external latch 1 rising"
   std::uint16_t enable = 0;              ///< bits of the control word that arm it, all together
-  std::uint16_t valid = 0;               ///< bit of the status word that says a position was captured
+  std::uint16_t valid = 0;               ///< bit of the status word that shows a position was captured
   std::uint8_t selector = 0;             ///< read selector in the control word, acknowledge in the status word; 0: none
   std::vector<ObjectAddress> positions;  ///< objects that hold the captured position; empty: not documented
   std::uint8_t touch_probe = 0;          ///< 1 or 2: the touch probe that uses the same capture unit; 0: none

@@ -54,7 +54,7 @@ struct MailboxSize {
 struct MailboxProtocol {
   std::uint8_t type = 0;
   std::string name;
-  /// The manual calls it reserved; nothing says that the drive would understand it.
+  /// The manual calls it reserved; no source states that the drive would accept it.
   bool reserved = false;
   std::string note;
   std::string source;

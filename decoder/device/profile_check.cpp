@@ -138,7 +138,7 @@ class Check {
     }
   }
 
-  /// The reader says of a list only that some row appears twice.
+  /// The reader reports of a list only that some row appears twice.
   void CutRowsThatStandTwice(JsonValue root) {
     std::vector<std::string> rows =
         RowsThatStandTwice(root, [this](const std::string& path, std::string what) { Add(path, std::move(what)); });

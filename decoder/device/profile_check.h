@@ -18,7 +18,7 @@ struct ProfileProblem {
   friend bool operator==(const ProfileProblem&, const ProfileProblem&) = default;
 };
 
-/// Reads the profile as the program does, continues after each mistake, and compares what it says with itself:
+/// Reads the profile as the program does, continues after each mistake, and compares what it states with itself:
 /// states that cannot be reached, codes that no list has, PDOs whose entries do not fit their types or the sync
 /// manager, citations of documents that are not named, rows that appear twice.
 /// @param lookup  finds the profile it extends

@@ -56,7 +56,7 @@ std::string Pair(const esc::AlState from, const esc::AlState to) {
 
 // --- rows that appear twice
 
-/// By what the rows of a list differ; empty: a row that does not say it.
+/// By what the rows of a list differ; empty: a row that does not state it.
 std::string KeyText(JsonValue row, const std::vector<std::string_view>& keys) {
   std::string text;
   for (const std::string_view key : keys) {

@@ -1,4 +1,4 @@
-/// What a profile says, compared with itself; for profile_check.cpp.
+/// What a profile states, compared with itself; for profile_check.cpp.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@ namespace ecaudit::device {
 /// @param path  "al.transitions[3]"
 using ReportProblem = std::function<void(const std::string& path, std::string what)>;
 
-/// Rows of a list that say of one thing what an earlier row says already.
+/// Rows of a list that repeat what an earlier row states.
 /// @return their paths, in the order of the document
 std::vector<std::string> RowsThatStandTwice(JsonValue root, const ReportProblem& report);
 

@@ -27,7 +27,7 @@ using ProfileLookup = std::function<const DeviceDescription*(std::string_view id
 /// Same, extending built-in profiles.
 [[nodiscard]] Result<DeviceDescription> ReadProfile(std::string_view json);
 
-/// What a profile says about itself, without the rest: to order the profiles of a folder, and to choose one.
+/// What a profile states about itself, without the rest: to order the profiles of a folder, and to choose one.
 struct ProfileHead {
   std::string id;
   std::string extends;

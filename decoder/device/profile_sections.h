@@ -18,7 +18,7 @@ void Read(const device::Cursor& cursor, AlState& out);
 
 namespace ecaudit::device {
 
-/// Reads "source", which must be there and not empty: every fact says where it stands.
+/// Reads "source", which must be there and not empty: every fact names its place.
 void ReadSource(ObjectReader& object, const Cursor& cursor, std::string& source);
 /// What every row ends with: an optional note, its source, and nothing else.
 void FinishRow(ObjectReader& object, const Cursor& cursor, std::string& note, std::string& source);

@@ -6,7 +6,7 @@
 
 namespace ecaudit::device {
 
-/// Unset `value`: no source states it; `note` may say why. A rule that needs it reports "not evaluable".
+/// Unset `value`: no source states it; `note` may give the reason. A rule that needs it reports "not evaluable".
 template <typename T>
 struct Sourced {
   std::optional<T> value;

@@ -1,4 +1,4 @@
-/// Addresses of the ESC registers that the program looks into by itself; register_map.h says what each holds.
+/// Addresses of the ESC registers that the program looks into by itself; register_map.h describes what each holds.
 /// Sync managers and FMMUs have theirs in sync_manager.h and fmmu.h.
 ///
 /// Source: esc-reference 4.

@@ -450,7 +450,7 @@ std::string AccessName(EscAddress address, std::size_t length) {
     if (!part.hit) return;
     const RegisterUnit* unit = part.hit.unit;
     if (unit != nullptr && !unit->name.empty()) {
-      // Within one register its own name says more; from two on the unit's.
+      // Within one register its own name is more precise; from two on the unit's.
       const std::uint32_t unit_start =
           unit->address + static_cast<std::uint32_t>(part.address - unit->address) / unit->size * unit->size;
       const std::uint32_t covered =

@@ -72,7 +72,7 @@ struct Field {
   std::uint8_t lsb = 0;
   std::uint8_t width = 1;
   Unit unit = Unit::FLAG;
-  std::span<const ValueText> values;  ///< for Unit::VALUE; a value with an empty text is not worth saying
+  std::span<const ValueText> values;  ///< for Unit::VALUE; a value with an empty text is not worth reporting
 };
 
 struct Register {

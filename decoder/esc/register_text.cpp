@@ -82,7 +82,7 @@ std::string AlStatusCodeText(std::uint16_t code) {
   return name.empty() ? text : text + " " + std::string(name);
 }
 
-/// Text of one field; "" when it is not worth saying.
+/// Text of one field; "" when it is not worth reporting.
 /// @param whole false: `value` is only the lower part of the field
 std::string FieldText(const Field& field, std::uint64_t value, bool whole, AccessKind kind,
                       const RegisterContext& context) {
@@ -147,7 +147,7 @@ bool AllZero(ByteSpan bytes) {
   return std::all_of(bytes.begin(), bytes.end(), [](std::uint8_t byte) { return byte == 0; });
 }
 
-/// What is said about one part of an access: a whole sync manager or FMMU, else one register.
+/// What is reported about one part of an access: a whole sync manager or FMMU, else one register.
 struct Described {
   std::string name;
   std::string value;
@@ -273,7 +273,7 @@ std::string DescribeRegister(const RegisterHit& hit, ByteSpan bytes, AccessKind 
 
 namespace {
 
-/// Texts of one access. Neighbours that say the same, zeros or "cleared", become one.
+/// Texts of one access. Neighbours that show the same, zeros or "cleared", become one.
 class Descriptions {
  public:
   void Add(std::string text) {

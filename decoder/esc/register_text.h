@@ -32,7 +32,7 @@ struct RegisterContext {
 /// not map whole bytes; "all 0".
 [[nodiscard]] std::string Describe(const Fmmu& fmmu);
 
-/// What the bytes say, without the register's name: "PREOP+ERR", "0x001d invalid output configuration",
+/// What the bytes show, without the register's name: "PREOP+ERR", "0x001d invalid output configuration",
 /// "1.000 ms (1000000 ns)". Fields that lie outside the bytes are left out; where no field lies inside, the bytes
 /// follow in hexadecimal with their place ("bytes 2-3: 0a0b").
 /// @param hit where the bytes begin; hit.reg must not be null

@@ -1,4 +1,4 @@
-/// The EEPROM of a slave (SII, slave information interface) as far as the capture shows it: words, and what they say.
+/// The EEPROM of a slave (SII, slave information interface) as far as the capture shows it: words, and their meaning.
 ///
 ///   word 0x00 | 0x08     | 0x10   | 0x14       0x18     | 0x1C      | 0x3E          | 0x40
 ///   PDI, CRC  | identity | delays | mailboxes (BOOT, std) | protocols | size, version | categories: type, words, data
@@ -137,9 +137,9 @@ inline constexpr std::uint16_t kSiiVendorCategory = 0x0800;
 /// "strings", "TxPDO", "vendor 0x0800", "category 77".
 [[nodiscard]] std::string SiiCategoryName(std::uint16_t type);
 
-/// What one word means: "station alias", "category strings"; empty where nothing says it.
+/// What one word means: "station alias", "category strings"; empty where nothing shows it.
 [[nodiscard]] std::string SiiWordName(const SiiImage& image, std::uint32_t word);
-/// The parts that `count` words from `first` on belong to: "configuration, identity"; empty where nothing says it.
+/// The parts that `count` words from `first` on belong to: "configuration, identity"; empty where nothing shows it.
 [[nodiscard]] std::string SiiPartNames(const SiiImage& image, std::uint32_t first, std::uint32_t count);
 
 /// One category as the chain of headers shows it.
@@ -274,7 +274,7 @@ enum class SiiDepth : std::uint8_t {
   kChain,  ///< where categories lie, not what they hold: costs a read of each category's header
 };
 
-/// Reads what the known words of `image` say. Any content is accepted.
+/// Reads what the known words of `image` show. Any content is accepted.
 [[nodiscard]] SiiContents ParseSii(const SiiImage& image, SiiDepth depth = SiiDepth::kWhole);
 
 }  // namespace ecaudit::esc

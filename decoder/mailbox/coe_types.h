@@ -87,7 +87,7 @@ enum class DataType : std::uint16_t {
 
 /// `bytes` as a value of `type`: integers in decimal, bit strings in hexadecimal, strings without trailing zero bytes
 /// and with control characters escaped, TIME_OF_DAY as "1984-01-01 00:00:00.000".
-/// Where the length does not fit the type, or the type says nothing: 1 to 4 and 8 bytes as a hexadecimal number
+/// Where the length does not fit the type, or the type is unknown: 1 to 4 and 8 bytes as a hexadecimal number
 /// ("0x4f"), text where all bytes (at least 5) are printable, else two digits a byte. "" for no bytes.
 [[nodiscard]] std::string FormatValue(DataType type, ByteSpan bytes);
 

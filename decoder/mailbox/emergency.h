@@ -1,4 +1,4 @@
-/// CoE emergency message: what a drive says unasked when a fault or warning comes or goes.
+/// CoE emergency message: what a drive reports unasked when a fault or warning comes or goes.
 ///
 ///   | error code 2 | error register 1 (1001h) | manufacturer data 5 |
 ///

@@ -227,7 +227,7 @@ void EoeReassembler::OnFragment(const MailboxMessage& message, const EoeHeader& 
   frame_.size += data.size();
   data_.Append(data);
   if (!header.last_fragment) return;
-  // Whether the announced size includes the time stamp, the sources do not say: both are fine.
+  // Whether the announced size includes the time stamp, the sources do not state: both are fine.
   const auto blocks = [](std::uint64_t bytes) { return (bytes + kBlockBytes - 1) / kBlockBytes; };
   const bool fits = blocks(frame_.size) == announced_blocks_ ||
                     (frame_.timestamp && blocks(frame_.size + kTimeBytes) == announced_blocks_);

@@ -1,4 +1,4 @@
-/// out of mailbox/: what was said through the mailboxes, as plain structs, and the interface that takes them.
+/// out of mailbox/: the contents of mailbox messages, as plain structs, and the interface that takes them.
 ///
 /// All spans and string_views are valid during the call only; copy them to keep them longer.
 /// Frames: a request is cited by its outbound copy, an answer by its returned copy, where those are captured.
@@ -49,7 +49,7 @@ struct MailboxMessage {
   ByteSpan payload;  ///< service data, at most header.length bytes
   ByteSpan behind;   ///< what was transferred after the message: old contents, or what a wrong length leaves out
   Problem problem = Problem::kNone;
-  /// kObserved: the working counter says it was written or read. kInferred: taken as done (outbound-only capture), or
+  /// kObserved: the working counter shows it was written or read. kInferred: taken as done (outbound-only capture), or
   /// the mailbox was recognised by its contents. kUnknown: the frame never returned.
   Certainty certainty = Certainty::kObserved;
   bool assumed = false;      ///< outbound-only capture: no answer can be expected in the capture
@@ -229,7 +229,7 @@ struct MailboxReadLost {
   RequestSummary outstanding;  ///< the request whose answer it may have taken, if any
 };
 
-/// The master asks for the last answer again (bit 1 of 0x080E toggled), or the slave says it is back (0x080F).
+/// The master asks for the last answer again (bit 1 of 0x080E toggled), or the slave shows that it is back (0x080F).
 struct MailboxRepeatRequest {
   enum class Kind : std::uint8_t { kRequested, kAcknowledged };
   SlaveId slave = kNoSlave;

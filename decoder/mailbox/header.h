@@ -80,7 +80,7 @@ enum class Problem : std::uint8_t {
   kNoHeader,             ///< fewer than six bytes
   kLengthZero,           ///< the length field is 0
   kLengthBeyondMailbox,  ///< length and header need more than the mailbox holds
-  kLengthBeyondData,     ///< fewer bytes were written or read than the length says
+  kLengthBeyondData,     ///< fewer bytes were written or read than the length announces
   kReservedBit,          ///< bit 7 of byte 5 is set
   kUnknownType,          ///< a reserved protocol number
   kServiceTooShort,      ///< the protocol's own header or its fixed fields do not fit into the length

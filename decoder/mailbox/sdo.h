@@ -3,7 +3,7 @@
 ///   initiate, abort: | command 1 | index 2 | subindex 1 | size, expedited data or abort code 4 | data ... |
 ///   segment:         | command 1 | data, at least 7 bytes (some slaves answer with the command alone) |
 ///
-/// The top three bits of the command say what it is; the rest of the bits of an abort or a download response mean
+/// The top three bits of the command show what it is; the rest of the bits of an abort or a download response mean
 /// nothing and are not always 0 (KickCAT sends aborts 0x80-0x91).
 /// Source: ETG.1000.6 5.6.2; AKD manual 4.12, MKD 4.13, Pilz 4.10; esc-reference 8.4.
 #pragma once
@@ -48,7 +48,7 @@ struct SdoMessage {
 };
 
 /// Reads one SDO message. Never fails: too_short and kind kReserved show what is wrong.
-/// @param sdo  bytes after the CoE header, as long as the mailbox length says
+/// @param sdo  bytes after the CoE header, as long as the mailbox length announces
 [[nodiscard]] SdoMessage ParseSdo(ByteSpan sdo, Direction direction);
 
 /// Meaning of an abort code (ETG.1000.6 table 41), "" when it has none.

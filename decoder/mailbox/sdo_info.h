@@ -1,4 +1,4 @@
-/// SDO information service: what a drive says of its own object dictionary.
+/// SDO information service: what a drive reports about its own object dictionary.
 ///
 ///   | opcode:7 incomplete:1 | reserved 1 | fragments left 2 | request, answer or abort code |
 ///

@@ -26,7 +26,6 @@ enum class Acceptance : std::uint8_t {
 
 /// One access of the master to the memory of one slave. The spans are valid during the call that hands it over.
 struct SlaveAccess {
-  static constexpr bool kRoutine = true;
   SlaveId slave = kNoSlave;
   FrameRef sent;      ///< the outbound copy; number 0 if it is not in the capture
   FrameRef returned;  ///< the returned copy; number 0 if it is not in the capture (yet)

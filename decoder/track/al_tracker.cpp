@@ -100,7 +100,7 @@ void AlTracker::OnRead(const SlaveAccess& access) {
   }
 }
 
-/// Slaves of which nothing says that they are on the sender's segment are reported by others only.
+/// Slaves of which nothing shows that they are on the sender's segment are reported by others only.
 bool AlTracker::ConcernsAny(const DatagramPair& d) const {
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
@@ -173,7 +173,7 @@ SlaveId AlTracker::OnlySlave() const {
 bool AlTracker::Compare(SlaveId id, const Answer& answer) {
   const esc::AlWord* before = states_[id].al_status.if_known();
   if (answer.one_state && !answer.error()) {
-    // Bits above the error bit are an OR of all: they say nothing of this slave.
+    // Bits above the error bit are an OR of all: they show nothing of this slave.
     const bool same = before != nullptr && before->state() == answer.states() && !before->bit4();
     if (!same) {
       Apply({id, answer.frame, esc::AlWord{answer.states()}, std::nullopt, std::nullopt, true, answer.sent});

@@ -51,7 +51,7 @@ class CaptureGaps {
   /// before. So do those of a branch in the middle, where some after it were seen all the while. Who answers at
   /// its station address, or is in another state than INIT, was not without power.
   void OnReturnFrom(std::uint16_t first_position, const FrameRef& frame);
-  /// What an access to a slave that returned says of that.
+  /// What an access to a slave that returned shows of that.
   void OnAccess(const SlaveAccess& access) {
     const bool shown = addressing_.InDoubt(access.slave) && access.command != wire::Command::ARMW;
     if (states_[access.slave].returned || shown) AssessReturn(access);

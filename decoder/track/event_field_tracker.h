@@ -29,9 +29,6 @@ class EventFieldTracker {
     }
   }
 
-  /// This number of frames like the next one returned before it.
-  void OnSkipped(std::uint64_t count) { run_.frames += count; }
-
  private:
   void Apply(const bus::BusTransaction& transaction);
 

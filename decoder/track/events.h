@@ -93,7 +93,6 @@ struct AlStatusRead {
 /// acknowledges). Masters poll so in every cycle; unless a subscriber handles it for all of them, AlStatusRead of each
 /// slave follows.
 struct AlPoll {
-  static constexpr bool kRoutine = true;
   FrameRef frame;
   esc::AlWord status;
   std::span<const SlaveId> slaves;
@@ -103,7 +102,6 @@ struct AlPoll {
 
 /// A broadcast read of AL Status that all known slaves counted for, before the events of each of them.
 struct AlStatusOfAll {
-  static constexpr bool kRoutine = true;
   FrameRef frame;
   esc::AlWord status;        ///< OR of all: state and error bit
   std::uint16_t slaves = 0;  ///< who counted
@@ -124,7 +122,7 @@ struct AlStateForgotten {
   bool may_be_set_up_anew = true;  ///< false: its registers and objects are presumed to be as they were
 };
 
-/// What the EEPROM (SII), object 1018h, ESI or ENI says a slave is.
+/// What the EEPROM (SII), object 1018h, ESI or ENI states a slave is.
 struct IdentityLearned {
   enum class Source : std::uint8_t { kEeprom, kObject1018, kEsi, kEni };
   SlaveId slave = kNoSlave;
@@ -143,7 +141,6 @@ struct NameLearned {
 
 /// A datagram with a logical address came back (or was sent, in an outbound-only capture).
 struct LogicalAccess {
-  static constexpr bool kRoutine = true;
   wire::Command command = wire::Command::LRW;
   std::uint32_t address = 0;
   FrameRef sent;
@@ -164,7 +161,6 @@ struct LogicalAccess {
 
 /// A broadcast or configured-address datagram came back; outbound-only: a broadcast write, assumed, `returned` unseen.
 struct Answered {
-  static constexpr bool kRoutine = true;
   wire::Command command = wire::Command::NOP;
   std::uint16_t adp = 0;  ///< as sent, as far as it is known
   EscAddress address = 0;
@@ -180,65 +176,6 @@ struct Answered {
   ByteSpan returned_data;
 
   [[nodiscard]] MemoryRange range() const { return MemoryRange::Of(address, length); }
-};
-
-/// One datagram of a frame that comes in every cycle.
-struct RepeatedDatagram {
-  enum class Is : std::uint8_t { kProcessData, kTime, kPoll };
-  Is is = Is::kPoll;
-  std::size_t data_at = 0;   ///< its data, in FrameView::payload()
-  std::size_t length = 0;    ///< of its data
-  SlaveId slave = kNoSlave;  ///< kTime: the slave that gives it
-};
-
-/// A frame came back like those before, and nothing happened since: the next ones need not be reported in full (see
-/// repeated_cycles.h), unless a subscriber asks for that.
-struct CycleAtRest {
-  static constexpr bool kRoutine = true;
-  const bus::BusTransaction& transaction;
-  std::span<const RepeatedDatagram> datagrams;
-  /// Over FrameView::payload() of either copy: set are the bits in which the next frames have to be the same. To begin
-  /// with all but indices, times and process data.
-  std::span<std::uint8_t> sent_mask, returned_mask;
-  mutable bool each_wanted = false;
-
-  /// `count` bytes of the data of datagram `i` have to be the same.
-  void Watch(std::size_t i, bool in_returned, std::size_t at, std::size_t count) const {
-    const std::span<std::uint8_t> mask = in_returned ? returned_mask : sent_mask;
-    const std::size_t first = datagrams[i].data_at + at;
-    for (std::size_t n = 0; n < count && first + n < mask.size(); ++n) mask[first + n] = 0xFF;
-  }
-};
-
-/// A frame that is not reported in full, before its other events.
-struct FrameRepeated {
-  static constexpr bool kRoutine = true;
-  FrameRef sent, returned;
-};
-
-/// A datagram with a logical address came back like the one before, and it has no other events.
-struct LogicalRepeated {
-  static constexpr bool kRoutine = true;
-  LogicalAccess access;
-};
-
-/// So did one that distributes the time.
-struct TimeRepeated {
-  static constexpr bool kRoutine = true;
-  Answered answer;
-};
-
-/// Frames are reported in full from here on, the last of those that were not first: subscribers that deferred something
-/// while each was like the one before does it now.
-struct RepetitionEnds {
-  static constexpr bool kRoutine = true;
-};
-
-/// The number of frames like this that were not published in full; this one is published next.
-struct CyclesSkipped {
-  static constexpr bool kRoutine = true;
-  const bus::BusTransaction& last;
-  std::uint64_t count = 0;
 };
 
 /// Frames, one after the other, that came back with the same ECAT event field: what the slaves have in 0x0210, as far

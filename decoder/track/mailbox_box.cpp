@@ -51,7 +51,7 @@ std::optional<ByteSpan> MailboxBox::Add(const SlaveAccess& access, ByteSpan data
   }
   if (!to_last) return std::nullopt;
   if (bytes.full()) {
-    // There was no room for it: what it said is not known, and nothing is wrong with it.
+    // There was no room for it: its content is not known, and nothing is wrong with it.
     End();
     return std::nullopt;
   }

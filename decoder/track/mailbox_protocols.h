@@ -1,4 +1,4 @@
-/// in: MailboxMessage of one slave, repetitions left out.  out: what the protocols in them said (mailbox/events.h).
+/// in: MailboxMessage of one slave, repetitions left out.  out: events of the protocols in them (mailbox/events.h).
 ///
 /// keeps: the transfers that are open, one tracker a protocol, and which requests wait for an answer.
 #pragma once

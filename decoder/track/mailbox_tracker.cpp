@@ -145,7 +145,7 @@ bool MailboxTracker::IsMessage(const MailboxBox& box, Direction direction, ByteS
   return mailbox::ParseMessage(bytes, 0, direction).problem == mailbox::Problem::kNone;
 }
 
-/// No configuration says where the mailbox is, or it is off.
+/// No configuration states where the mailbox is, or it is off.
 void MailboxTracker::OnUnconfiguredWrite(const SlaveAccess& access) {
   if (access.acceptance != Acceptance::kRefused) protocols_.pending().Filled();
   if (out_.use == MailboxUse::kNone || access.address < kFirstRam || wire::IsLogical(access.command)) return;

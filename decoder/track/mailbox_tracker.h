@@ -44,7 +44,7 @@ class MailboxTracker {
   MailboxTracker(const MailboxTracker&) = delete;
   MailboxTracker& operator=(const MailboxTracker&) = delete;
 
-  /// What was said to the slave before there was something to track.
+  /// What was sent to the slave before there was something to track.
   void Begin(const MailboxWindow& window, std::optional<bool> repeat_bit) {
     SetWindow(window, {});
     if (repeat_bit) repeats_.Begin(*repeat_bit);
@@ -57,8 +57,8 @@ class MailboxTracker {
   /// Any access to this slave, in the order in which they became known; those that do not concern mailboxes are ignored
   /// quickly.
   void OnAccess(const SlaveAccess& access);
-  /// A frame was overtaken, and whether the slave took this access is not known: what it says next may hang on it. What
-  /// became of it follows by OnAccess().
+  /// A frame was overtaken, and whether the slave took this access is not known: its next message may depend on it.
+  /// What became of it follows by OnAccess().
   void OnDoubtful(const SlaveAccess& access);
   /// The slave went to INIT: its mailboxes and counters start again.
   void Reset(const FrameRef& frame);

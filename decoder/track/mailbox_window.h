@@ -27,7 +27,7 @@ struct MailboxWindow {
   bool operator==(const MailboxWindow&) const = default;
 };
 
-/// The mailbox window as the registers of sync managers 0 and 1 say, as far as known.
+/// The mailbox window as the registers of sync managers 0 and 1 show, as far as known.
 [[nodiscard]] MailboxWindow MailboxWindowOf(const SlaveState& state);
 
 }  // namespace ecaudit::track

@@ -87,19 +87,6 @@ class Network final : public bus::BusSink {
   void OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) override;
   void OnDuplicate(const wire::FrameView& returned, FrameNo original) override;
   void OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) override;
-  /// This number of frames was not handed over because they were like the next one (repeated_cycles.h).
-  /// @param bytes of all of them
-  void OnSkipped(std::uint64_t count, std::uint64_t bytes) {
-    states_.work().Allow(bytes);
-    event_field_.OnSkipped(count);
-  }
-  /// The slave that a datagram addresses, if it was met.
-  [[nodiscard]] SlaveId Find(const DatagramPair& d) { return addressing_.Resolve(d, false); }
-  /// Mailboxes are read by FMMU.
-  [[nodiscard]] bool HasMappedMailboxes() { return !mapped_mailboxes_.Now().empty(); }
-  [[nodiscard]] static LogicalAccess LogicalAccessOf(const DatagramPair& d);
-  /// @param slave that is addressed  @param d has come back
-  [[nodiscard]] Answered AnswerOf(const DatagramPair& d, SlaveId slave) const;
   /// The capture has ended: what is open in mailboxes and EEPROM interfaces is handed out.
   void Finish();
 
@@ -110,6 +97,9 @@ class Network final : public bus::BusSink {
   void OnAddressed(const DatagramPair& d);
   void OnUnknownSlave(const DatagramPair& d);
   void OnLogical(const DatagramPair& d);
+  [[nodiscard]] static LogicalAccess LogicalAccessOf(const DatagramPair& d);
+  /// @param slave that is addressed  @param d has come back
+  [[nodiscard]] Answered AnswerOf(const DatagramPair& d, SlaveId slave) const;
   [[nodiscard]] SlaveId Resolve(const DatagramPair& d, bool add) {
     const SlaveId id = addressing_.Resolve(d, add);
     if (add && id != kNoSlave && id >= states_.size()) Meet(id, d.transaction.any().ref());

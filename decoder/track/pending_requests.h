@@ -60,7 +60,7 @@ class PendingRequests {
     MailboxChannel channel = MailboxChannel::kCount;  ///< of the request that waited; kCount: none did
   };
   /// The request waits no longer.
-  /// @param detail  of the error reply: that a protocol is not supported is never said of one that the slave speaks
+  /// @param detail  of the error reply: an unsupported protocol is never one that the slave supports
   [[nodiscard]] ErrorAnswer OnErrorReply(std::uint8_t counter, std::uint16_t detail);
 
   /// The master looked for an answer and the mailbox was empty.

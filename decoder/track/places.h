@@ -30,7 +30,7 @@ class Places {
 
   void OnCount(std::uint16_t count, const FrameRef& frame);
   /// A slave answered at its station address.
-  /// @return true where that says more of who is on the line
+  /// @return true if that shows more about the slaves on the line
   bool OnAnswer(SlaveId id, FrameNo sent);
   /// The slave at a position where it is in doubt who that is, by the address that it shows, or takes; added where it
   /// is a new one.

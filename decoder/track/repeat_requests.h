@@ -21,13 +21,13 @@ class RepeatRequests {
     bit_ = bit;
     bit_known_ = true;
   }
-  /// Settings are no request: they only say how the bit stands.
+  /// Settings are no request: they only show the value of the bit.
   /// @param bit  how it stands then
   /// @return whether the access is nothing else: one that leaves the bit alone, or settings
   static bool TakesSettings(const SlaveAccess& access, std::optional<bool>& bit);
   /// The master may toggle the bit.
   void OnWrite(const SlaveAccess& access);
-  /// The slave may say that the answer is back.
+  /// The slave may show that the answer is back.
   void OnRead(const SlaveAccess& access);
   /// A message was read, or will never come.
   void End() { requested_ = false; }

@@ -73,7 +73,7 @@ class SiiListener {
 /// Keeps: the registers of the interface as last written, one command, the image.
 /// Unknown: words whose address is uncertain are dropped, so the image holds only what was seen. That is the case after
 /// a command that may or may not have been accepted, after the slave's processor got the EEPROM, and for data read
-/// while busy or without a status that says not busy. Broadcast commands count like others; broadcast reads are the OR
+/// while busy or without a status that shows not busy. Broadcast commands count like others; broadcast reads are the OR
 /// of all slaves and end the busy state only.
 class SiiAssembler {
  public:

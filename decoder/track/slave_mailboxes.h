@@ -57,7 +57,7 @@ class SlaveMailboxes {
     std::optional<bool> repeat_bit;
   };
 
-  /// A broadcast that gives sync manager 1 its settings only says with which repeat bit the slave begins.
+  /// A broadcast that gives sync manager 1 its settings only shows with which repeat bit the slave begins.
   /// @return whether that was all
   static bool TakesQuietly(Slave& slave, const SlaveAccess& access);
 

@@ -19,13 +19,14 @@ bool BeginsSetUp(const SlaveAccess& access) {
 void SlaveStates::Add() {
   const auto id = static_cast<SlaveId>(states_.size());
   ++al_version_;
-  states_.emplace_back().registers.Limit(register_pages_);
+  by_id_.push_back(&states_.emplace_back());
+  states_.back().registers.Limit(register_pages_);
   states_.back() = everyone_;
   states_.back().sii = SiiAssembler(id, &eeprom_pages_);
 }
 
 void SlaveStates::Learn(const SlaveAccess& access) {
-  SlaveState& state = states_[access.slave];
+  SlaveState& state = *by_id_[access.slave];
   const FrameNo sent = (access.sent.seen() ? access.sent : access.returned).number;
   NoteExtent(state, access);
   // A command that does both reads first: what came back is what was there before.
@@ -38,8 +39,7 @@ void SlaveStates::Learn(const SlaveAccess& access) {
   }
   // What concerned all slaves at once is kept once: there may be thousands of them.
   if (access.broadcast && access.slave > 0) {
-    state.registers.ShareWith(states_[static_cast<SlaveId>(access.slave - 1)].registers, access.address,
-                              access.length());
+    state.registers.ShareWith(by_id_[access.slave - 1U]->registers, access.address, access.length());
   }
   if (access.acceptance == Acceptance::kAccepted && access.length() > 0) {
     recent_.Add(sent, access.slave, access.address, access.length());
@@ -70,7 +70,7 @@ bool SlaveStates::LaterMapNothing() const {
 }
 
 void SlaveStates::Doubt(const SlaveAccess& access) {
-  Store(states_[access.slave], access, access.written, Certainty::kUnknown);
+  Store(*by_id_[access.slave], access, access.written, Certainty::kUnknown);
 }
 
 Certainty SlaveStates::CertaintyOfWrite(const SlaveAccess& access) {
@@ -112,18 +112,18 @@ void SlaveStates::MappingTouched(SlaveState& state, const SlaveAccess& access, s
 }
 
 void SlaveStates::ForgetRegisters(SlaveId id) {
-  states_[id].registers.Clear();
-  states_[id].set_up_since = 0;
-  states_[id].sii.Forget();
+  (*this)[id].registers.Clear();
+  (*this)[id].set_up_since = 0;
+  (*this)[id].sii.Forget();
 }
 
 void SlaveStates::ForgetMapping(SlaveId id) {
-  ++states_[id].mapping_version;
+  ++(*this)[id].mapping_version;
   mappings_.Changed(id);
 }
 
 bool SlaveStates::ForgetAl(SlaveId id, FrameNo frame) {
-  SlaveState& state = states_[id];
+  SlaveState& state = *by_id_[id];
   ++al_version_;
   state.al_status_code.Forget(frame);
   if (state.al_status.if_known() == nullptr) return false;
@@ -132,7 +132,7 @@ bool SlaveStates::ForgetAl(SlaveId id, FrameNo frame) {
 }
 
 void SlaveStates::SetAlStatus(SlaveId id, esc::AlWord status, FrameNo frame) {
-  states_[id].al_status = Known<esc::AlWord>::Observed(status, frame);
+  (*this)[id].al_status = Known<esc::AlWord>::Observed(status, frame);
   ++al_version_;
 }
 

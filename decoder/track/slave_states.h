@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <vector>
 
 #include "decoder/base/allowance.h"
 #include "decoder/track/access.h"
@@ -24,8 +25,8 @@ class SlaveStates {
   explicit SlaveStates(MappingCache& mappings) : mappings_(mappings) {}
 
   [[nodiscard]] std::size_t size() const { return states_.size(); }
-  [[nodiscard]] const SlaveState& operator[](SlaveId id) const { return states_[id]; }
-  [[nodiscard]] SlaveState& operator[](SlaveId id) { return states_[id]; }
+  [[nodiscard]] const SlaveState& operator[](SlaveId id) const { return *by_id_[id]; }
+  [[nodiscard]] SlaveState& operator[](SlaveId id) { return *by_id_[id]; }
   /// Cost so far of handing something to every slave.
   [[nodiscard]] SlaveWork& work() { return work_; }
   [[nodiscard]] const SlaveWork& work() const { return work_; }
@@ -73,8 +74,9 @@ class SlaveStates {
   MappingCache& mappings_;
   Allowance eeprom_pages_{kEepromPages};
   Allowance register_pages_{kRegisterPages};
-  std::deque<SlaveState> states_;  // grows without moving what rules refer to
-  SlaveState everyone_;            // what broadcasts wrote: a slave met later has taken it, too
+  std::deque<SlaveState> states_;   // grows without moving what rules refer to
+  std::vector<SlaveState*> by_id_;  // the same: found without the deque's arithmetic, for every access
+  SlaveState everyone_;             // what broadcasts wrote: a slave met later has taken it, too
   std::optional<AlRequest> requested_;
   RecentAccesses recent_;
   SlaveWork work_;

@@ -17,7 +17,7 @@ bool MayEndWithEsl(ByteSpan bytes) {
   return (LoadLittleEndian<std::uint32_t>(bytes.data() + bytes.size() - kEslBytes) & kBothKinds) == kCookie;
 }
 
-/// Nothing but its bytes says where such a frame is cut.
+/// Nothing but its bytes shows where such a frame is cut.
 bool IsPlain(const capture::CapturedFrame& frame) {
   return frame.link_type == static_cast<std::uint16_t>(capture::LinkType::kEthernet) && !frame.damaged &&
          frame.bytes.size() >= frame.original_length && frame.bytes.size() >= kHeadBytes && !MayEndWithEsl(frame.bytes);

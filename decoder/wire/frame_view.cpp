@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "decoder/capture/ethercat_traces.h"
+#include "decoder/wire/link_header.h"
 
 namespace ecaudit::wire {
 namespace {
@@ -57,53 +58,36 @@ bool AllZero(ByteSpan bytes) {
   return std::all_of(bytes.begin(), bytes.end(), [](std::uint8_t byte) { return byte == 0; });
 }
 
-/// @return where the EtherType lies; nothing for a link type that carries no EtherCAT
-std::optional<std::size_t> PassLinkHeader(const capture::CapturedFrame& frame, bool cut, FrameFields& fields) {
+/// Takes the record of a probe, the sender and the packet type.
+void ReadLinkHeader(const capture::CapturedFrame& frame, const LinkHeader& header, bool cut, FrameFields& fields) {
   ByteSpan bytes = frame.bytes;
-  std::size_t type = 0;
-  switch (static_cast<capture::LinkType>(frame.link_type)) {
-    case capture::LinkType::kEthernet:
-      if (IsEslCookie(bytes, 0)) {
-        fields.esl_ = ReadEsl(bytes.first(kEslBytes));
-        bytes = bytes.subspan(kEslBytes);
-      } else if (!cut && bytes.size() >= kEslBytes && IsEslCookie(bytes, bytes.size() - kEslBytes)) {
-        fields.esl_ = ReadEsl(bytes.last(kEslBytes));
-        bytes = bytes.first(bytes.size() - kEslBytes);
-      }
-      fields.source_mac_ = Mac(bytes, 6);
-      type = 12;
-      break;
-    case capture::LinkType::kLinuxCooked:
-      // packet type 2, ARPHRD 2, address length 2, address 8, protocol 2; packet type 4: sent by this machine
-      fields.source_mac_ = Mac(bytes, 6);
-      if (fields.flag_ == capture::PacketFlag::kNone && Fits(bytes, 0, 2)) {
-        fields.flag_ =
-            BigEndian<std::uint16_t>(bytes, 0) == 4 ? capture::PacketFlag::kOutbound : capture::PacketFlag::kInbound;
-      }
-      type = 14;
-      break;
-    case capture::LinkType::kLinuxCooked2:
-      // protocol 2, reserved 2, interface 4, ARPHRD 2, packet type 1, address length 1, address 8
-      fields.source_mac_ = Mac(bytes, 12);
-      if (fields.flag_ == capture::PacketFlag::kNone && Fits(bytes, 10, 1)) {
-        fields.flag_ = bytes[10] == 4 ? capture::PacketFlag::kOutbound : capture::PacketFlag::kInbound;
-      }
-      break;
-    default:
-      return std::nullopt;
+  if (frame.link_type == static_cast<std::uint16_t>(capture::LinkType::kEthernet)) {
+    if (IsEslCookie(bytes, 0)) {
+      fields.esl_ = ReadEsl(bytes.first(kEslBytes));
+      bytes = bytes.subspan(kEslBytes);
+    } else if (!cut && bytes.size() >= kEslBytes && IsEslCookie(bytes, bytes.size() - kEslBytes)) {
+      fields.esl_ = ReadEsl(bytes.last(kEslBytes));
+      bytes = bytes.first(bytes.size() - kEslBytes);
+    }
   }
   fields.bytes_ = bytes;
-  return type;
+  fields.source_mac_ = Mac(bytes, header.source);
+  const std::size_t size = header.packet_type_bytes;
+  if (size == 0 || fields.flag_ != capture::PacketFlag::kNone || !Fits(bytes, header.packet_type, size)) return;
+  constexpr unsigned kSentByRecorder = 4;
+  unsigned type = 0;
+  for (const std::uint8_t byte : bytes.subspan(header.packet_type, size)) type = type << 8U | byte;
+  fields.flag_ = type == kSentByRecorder ? capture::PacketFlag::kOutbound : capture::PacketFlag::kInbound;
 }
 
-/// Passes tags, and IP and UDP where they carry EtherCAT. @param offset of the EtherType
+/// Passes tags, and IP and UDP where they carry EtherCAT.
 /// @return where the EtherCAT header lies; nothing in a frame of another kind
-std::optional<std::size_t> PassToEtherCat(capture::LinkType link, std::size_t offset, bool cut, FrameFields& fields) {
+std::optional<std::size_t> PassToEtherCat(const LinkHeader& header, bool cut, FrameFields& fields) {
   const ByteSpan bytes = fields.bytes_;
   const auto ends_before = [&](std::size_t end) { return cut && bytes.size() < end; };
-  fields.cut_before_type_ = ends_before(offset + 2);
-  auto ethertype = BigEndian<std::uint16_t>(bytes, offset);
-  offset = link == capture::LinkType::kLinuxCooked2 ? 20 : offset + 2;
+  fields.cut_before_type_ = ends_before(header.type + 2);
+  auto ethertype = BigEndian<std::uint16_t>(bytes, header.type);
+  std::size_t offset = header.payload;
   // However many tags: what follows them is looked for as far as the packet goes.
   while (IsVlanTag(ethertype)) {
     if (fields.vlan_tags_ < 0xFF) ++fields.vlan_tags_;
@@ -116,12 +100,12 @@ std::optional<std::size_t> PassToEtherCat(capture::LinkType link, std::size_t of
 
   fields.cut_before_type_ = ends_before(offset + 20);
   if (!Fits(bytes, offset, 20) || bytes[offset] >> 4U != 4) return std::nullopt;
-  const std::size_t header = static_cast<std::size_t>(bytes[offset] & 0x0FU) * 4;
+  const std::size_t ip_header = static_cast<std::size_t>(bytes[offset] & 0x0FU) * 4;
   const bool fragment = (BigEndian<std::uint16_t>(bytes, offset + 6) & 0x3FFFU) != 0;
-  if (header < 20 || fragment || bytes[offset + 9] != kIpProtocolUdp) return std::nullopt;
-  fields.cut_before_type_ = ends_before(offset + header + 8);
-  if (!Fits(bytes, offset, header + 8)) return std::nullopt;
-  const std::size_t udp = offset + header;
+  if (ip_header < 20 || fragment || bytes[offset + 9] != kIpProtocolUdp) return std::nullopt;
+  fields.cut_before_type_ = ends_before(offset + ip_header + 8);
+  if (!Fits(bytes, offset, ip_header + 8)) return std::nullopt;
+  const std::size_t udp = offset + ip_header;
   if (BigEndian<std::uint16_t>(bytes, udp) != kUdpPortEtherCat &&
       BigEndian<std::uint16_t>(bytes, udp + 2) != kUdpPortEtherCat) {
     return std::nullopt;
@@ -159,13 +143,13 @@ FrameView FrameView::Parse(const capture::CapturedFrame& frame) noexcept {
   view.flag_ = frame.flag;
   const bool cut = frame.bytes.size() < frame.original_length;
   FrameFields& fields = view;
-  const std::optional<std::size_t> type = PassLinkHeader(frame, cut, fields);
-  if (!type) {
+  const std::optional<LinkHeader> header = LinkHeaderOf(frame.link_type);
+  if (!header) {
     view.other_link_ = capture::HoldsEtherCat(frame.bytes);
     return view;
   }
-  const std::optional<std::size_t> offset =
-      PassToEtherCat(static_cast<capture::LinkType>(frame.link_type), *type, cut, fields);
+  ReadLinkHeader(frame, *header, cut, fields);
+  const std::optional<std::size_t> offset = PassToEtherCat(*header, cut, fields);
   if (!offset) return view;
   if (!Fits(view.bytes_, *offset, 2)) {
     view.kind_ = cut ? FrameKind::kCut : FrameKind::kMalformed;

@@ -83,7 +83,7 @@ enum class FrameKind : std::uint8_t {
 enum class FrameProblem : std::uint8_t {
   kNone,
   kNoHeader,              ///< no room for the two bytes of the EtherCAT header
-  kLengthBeyondFrame,     ///< the EtherCAT length says more than the packet holds
+  kLengthBeyondFrame,     ///< the EtherCAT length announces more than the packet holds
   kDatagramBeyondLength,  ///< a datagram's length reaches past the EtherCAT length
   kMoreWithoutDatagram,   ///< the more flag is set on the last datagram that fits
   kUnknownCommand,        ///< a command byte outside 0-14
@@ -130,7 +130,7 @@ class FrameView : private FrameFields {
  public:
   static constexpr std::size_t kMaxDatagrams = 170;  ///< 2047 / 12
 
-  /// Cuts `frame` into datagrams. Never fails: kind() says what it is.
+  /// Cuts `frame` into datagrams. Never fails: kind() shows what it is.
   /// The view borrows frame.bytes and is valid as long as they are.
   static FrameView Parse(const capture::CapturedFrame& frame) noexcept;
   static FrameView Parse(capture::CapturedFrame&&) = delete;

@@ -1,4 +1,4 @@
-"""Adds a rule, an event, a collector, a family, a format and a command to a copy of the tree by the steps of
+"""Adds a rule, an event, a collector, a family, a format of reports, one of rows and a command to a copy of the tree by the steps of
 docs/architecture.md ("Where things go") and nothing else, builds it, and looks whether each is there.
 
 usage: extend.py SOURCE_DIR WORK_DIR COMPILER
@@ -22,6 +22,11 @@ LINES = [
     ("cli/report/formats.cpp", '#include "cli/report/formats.h"', '#include "cli/report/count_writer.h"'),
     ("cli/report/formats.cpp", '    Format{"sarif", ".sarif", &WriteSarifOf, &WriteSarifPlain, false, nullptr, true},',
      '    Format{"count", ".txt", &WriteCount, nullptr},'),
+    ("cli/CMakeLists.txt", "  stream/columns.cpp", "  stream/count_rows.cpp"),
+    ("cli/stream/row_sink.h", "[[nodiscard]] std::unique_ptr<RowSink> MakeCsvRows(LineOutput& output);",
+     "[[nodiscard]] std::unique_ptr<RowSink> MakeCountRows(LineOutput& output);"),
+    ("cli/stream/row_formats.cpp", '    RowFormat{{"csv", ".csv"}, "csv", &MakeCsvRows},',
+     '    RowFormat{{"count", ".txt"}, "count: their number", &MakeCountRows},'),
     ("cli/CMakeLists.txt", "  commands/explain.cpp", "  commands/greet.cpp"),
     ("cli/commands/command.h", "[[nodiscard]] std::unique_ptr<Command> MakeExplainCommand();",
      "std::unique_ptr<Command> MakeGreetCommand();"),
@@ -77,6 +82,7 @@ def main() -> None:
         ("collector", " broadcasts", text),
         ("family", "sample-drive", run(program, "profiles")),
         ("format", "1 finding in 1 capture", run(program, "check", "--format", "count", capture)),
+        ("stream format", " rows of ", run(program, "signals", "--format", "count", capture)),
         ("command", "hello", run(program, "greet")),
     ]
     missing = [f"{what}: {word!r} is not in\n{out}" for what, word, out in wanted if word not in out]

@@ -16,9 +16,10 @@ import sys
 
 TOKEN = re.compile(r'#include[^\n]*|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|//[^\n]*|/\*.*?\*/', re.S)
 # Names of types, functions and variables that would talk or listen.
-NAME = re.compile(r"\b(?:Tells?|Told|Says?|Said|Hears?|Heard|Nobody|Somebody|Whoever|Is(?:Guest|Stranger))(?:[A-Z]\w*)?\b(?=[ ({;])")
-# Quoted texts, code and option values (slaves=N,state=OP,judged) keep their words.
-QUOTED = re.compile(r'"[^"]*"|`[^`]*`|\b\w+=[\w,=]+')
+NAME = re.compile(r"\b(?:Tells?|Told|Telling|Says?|Said|Hears?|Heard|Judg(?:e|es|ed|ing)|Nobody|Somebody|Whoever|Is(?:Guest|Stranger))(?:[A-Z]\w*)?\b(?=[ ({;])")
+# Quoted texts, code, paths and option values (slaves=N,state=OP,judged) keep their words.
+QUOTED = re.compile(r'"[^"]*"|`[^`]*`|\b\w+=[\w,=]+|\b\w+/[\w/]+\.(?:h|cpp)\b')
+RAW = re.compile(r'R"(\w*)\((.*)\)\1"', re.S)
 VALUES = re.compile(r"\b\w+=[\w,=]+")
 # "1 frames"; not "1 ms", "1 is", "0.1 errors" or "slave 1 has".
 PLURAL = re.compile(r"(?<![\w.,:#/-])(?<!slave )(?<!port )(?<!interface )(?<!state )(?<!mode )1 ([a-z]{3,}[^s\W]s)\b")
@@ -54,6 +55,8 @@ def prose_of_code(text: str):
             keep = QUOTED.sub(lambda m: "\n" * m.group().count("\n"), token)
         elif token.startswith('"') and " " in token.strip('" '):
             keep = VALUES.sub("", token[1:-1].replace("\\n", " "))
+        elif raw := RAW.fullmatch(token):  # sentences and pages of rules
+            keep = VALUES.sub("", prose_of_markdown(raw.group(2)))
         prose.append("\n" * code[-1].count("\n") + keep)
         code.append(lines)
         if keep.count("\n") < token.count("\n"):

@@ -674,16 +674,6 @@ class OverEverything(BatchTest):
         self.folders = [p for p in (SOURCE / "samples", SHARED / "captures") if p.is_dir()]
 
 
-class TwoWorkers(OverEverything):
-    """Once, for the thread sanitizer, whose findings end a program with another exit status."""
-
-    def test_over_everything(self):
-        options, _ = self.outputs("both")
-        done = self.run_program("batch", *self.folders, "--jobs", "2", "--output-dir", "both", *options)
-        self.assertIn(done.returncode, (1, 2), done.err)
-        self.assertNotIn("WARNING: ThreadSanitizer", done.err)
-
-
 class BatchCaptures(OverEverything):
     def test_workers_resumption_and_merging_change_nothing(self):
         first_options, first = self.outputs("first")

@@ -35,7 +35,7 @@ class Formats(CliTest):
             if lines[0].startswith("NOTHING-TO-CHECK"):
                 continue
             self.assertRegex(lines[1], r"^\d+ errors?, \d+ warnings?, \d+ infos?")
-            self.assertIn("judged: ", "\n".join(lines[2:6]))
+            self.assertIn("evaluated: ", "\n".join(lines[2:6]))
 
     def test_findings_first_with_the_ids_of_slice(self):
         for name in ("falls-out-of-op", "two-slaves-one-refuses", "init-to-op-refused"):

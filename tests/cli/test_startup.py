@@ -124,7 +124,7 @@ class StartupShow(StartupTest):
         self.assertIn('"verdict":"NOT-JUDGED"', page)
         self.assertNotIn("PASS ", page[:2000])
         self.assertIn('skipped="1"', (self.dir / "st.xml").read_text())
-        self.assertIn("ecaudit check judges the capture", (self.dir / "st.sarif").read_text())
+        self.assertIn("ecaudit check evaluates the capture", (self.dir / "st.sarif").read_text())
         self.assertIn("has no verdict, so there is nothing to merge", self.one_error("merge", "st.json"))
         expected = self.expectation()
         self.startup("--expect", expected, "-o", "ex.json", self.good)

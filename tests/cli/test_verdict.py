@@ -153,12 +153,12 @@ class Coverage(CliTest):
     def test_text_tells_it_in_few_lines(self):
         for capture in (SAMPLES / "clean-mixed-bus.pcapng", SAMPLES / "mid-run.pcapng", self.healthy):
             out = self.check(capture, status=0).out
-            lines = out[out.index("\nJudged "):].strip("\n").split("\n\n")[0].split("\n")[1:]
+            lines = out[out.index("\nEvaluated "):].strip("\n").split("\n\n")[0].split("\n")[1:]
             self.assertLessEqual(len(lines), 4, lines)
             coverage = self.coverage(capture)
             applicable = coverage["judged"] + coverage["partly"] + coverage["not_judged"]
             self.assertTrue(lines[0].strip().startswith(f"{coverage['judged']} of {applicable}"), lines)
-            self.assertIn(f"\njudged: {coverage['judged']} of {applicable}", out)
+            self.assertIn(f"\nevaluated: {coverage['judged']} of {applicable}", out)
 
     def test_slaves_that_are_left_out_do_not_count(self):
         whole = self.coverage(SAMPLES / "clean-mixed-bus.pcapng")

@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
-#include "decoder/bus/traffic_reader.h"
 #include "decoder/capture/capture_stream.h"
 #include "samples/builder/scenarios/scenario.h"
 #include "tests/perf/allocations.h"
@@ -22,10 +21,6 @@ using samples::Cmd;
 using samples::Datagram;
 
 constexpr std::int64_t kMiB = 1 << 20;
-/// What a longer capture may take more: captures from a certain size on are read ahead into buffers, which grow by
-/// doubling.
-constexpr std::int64_t kMore =
-    kMiB + static_cast<std::int64_t>(2 * bus::TrafficReader::kBatches * bus::TrafficReader::kBatchBytes);
 constexpr std::int64_t kLimit = 64 * kMiB;
 
 /// Frames made one at a time, so that the capture itself needs no memory.
@@ -140,7 +135,7 @@ std::int64_t PeakOfStory(int times, const std::function<void(samples::Story&, in
 void ExpectBoundedStory(int times, const std::function<void(samples::Story&, int)>& repeat) {
   const std::int64_t small = PeakOfStory(times, repeat);
   const std::int64_t large = PeakOfStory(3 * times, repeat);
-  EXPECT_LT(large, small + kMore) << "three times the length";
+  EXPECT_LT(large, small + kMiB) << "three times the length";
   EXPECT_LT(large, kLimit);
 }
 
@@ -385,7 +380,7 @@ TEST(BoundedMemory, CommentsAndInterfacesWithoutEnd) {
     return source ? PeakOf(**source) : 0;
   };
   const std::int64_t small = peak(4'000);
-  EXPECT_LT(peak(12'000), small + kMore) << "an interface has a few bytes, comments are kept up to a number";
+  EXPECT_LT(peak(12'000), small + kMiB) << "an interface has a few bytes, comments are kept up to a number";
 }
 
 }  // namespace

@@ -12,6 +12,9 @@ constexpr int kCyclesAPiece = 1000;
 constexpr double kTwoPi = 6.283185307179586;
 /// A frame takes about a microsecond a slave there and back; a cycle has room for it and for one that is not cyclic.
 constexpr TimeNs kCycleASlave = 4'000;
+// Bits of the status word.
+constexpr std::uint16_t kOperationEnabled = 0x0037;
+constexpr std::uint16_t kToggle = 0x0400;
 
 /// RxPDO 1720h: control word, position, latch control, torque, digital outputs.
 void Command(samples::Story& story, std::size_t axis, std::uint16_t control, std::int32_t position) {
@@ -21,11 +24,12 @@ void Command(samples::Story& story, std::size_t axis, std::uint16_t control, std
   story.master.SetOutputs(axis, std::move(outputs));
 }
 
-/// All axes follow a sine, so that the process data change in every cycle.
+/// All axes follow a sine, and their status words toggle: the process data change in every cycle.
 void Move(samples::Story& story, int cycle) {
   for (std::size_t axis = 0; axis < story.bus.size(); ++axis) {
     const double phase = kTwoPi * cycle / 2000.0 + static_cast<double>(axis);
     Command(story, axis, 0x0F, static_cast<std::int32_t>(std::lround(10'000.0 * std::sin(phase))));
+    story.bus.slave(axis).drive().ShowInstead(cycle % 2 == 0 ? kOperationEnabled : kOperationEnabled | kToggle);
   }
 }
 
@@ -90,7 +94,7 @@ std::uint64_t WriteLongRun(const LongRun& run, const std::function<void(const sa
     const std::uint64_t wanted = (run.frames - packets + 1) / 2;  // two packets a cycle
     const int end = cycle + static_cast<int>(std::min<std::uint64_t>(wanted, kCyclesAPiece));
     for (; cycle < end; ++cycle) {
-      if (!run.terminals) Move(story, cycle);
+      if (run.moving && !run.terminals) Move(story, cycle);
       story.master.Cycles(1);
     }
     packets += story.capture.written();

@@ -15,6 +15,9 @@ struct LongRun {
   std::uint64_t frames = 1'000'000;  ///< at least; both copies counted, start-up included
   samples::FileFormat format = samples::FileFormat::kPcapNg;
   TimeNs cycle_ns = 1'000'000;
+  /// The axes follow a sine, and bit 10 of the status word toggles as 60DAh can ask for: words and values change in
+  /// every cycle. Else they hold their position, and only the system time changes.
+  bool moving = false;
   /// Instead of drives terminals with one byte of inputs each: as many as an LRW has bytes. Without clocks.
   bool terminals = false;
 };

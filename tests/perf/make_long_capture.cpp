@@ -1,4 +1,5 @@
-// ecaudit_make_long_capture SLAVES FRAMES FILE [terminals]: a healthy capture of that length; FILE.pcap or FILE.pcapng.
+// ecaudit_make_long_capture SLAVES FRAMES FILE [moving|terminals]: a healthy capture of that length; FILE.pcap or
+// FILE.pcapng. Without a kind: drives that hold their position.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -10,14 +11,17 @@
 int main(int argc, char** argv) {
   using namespace ecaudit;
   perf::LongRun run;
-  run.terminals = argc == 5 && argv[4] == std::string_view("terminals");
-  if (argc == 4 || run.terminals) {
+  const std::string_view kind = argc == 5 ? argv[4] : "";
+  run.terminals = kind == "terminals";
+  run.moving = kind == "moving";
+  const bool understood = argc == 4 || run.terminals || run.moving;
+  if (understood) {
     run.slaves = static_cast<std::size_t>(std::strtoul(argv[1], nullptr, 10));
     run.frames = std::strtoull(argv[2], nullptr, 10);
   }
   const std::size_t most = run.terminals ? 1400 : 100;  // that fit into the process data of one frame
-  if (run.slaves == 0 || run.slaves > most || run.frames == 0 || argc != (run.terminals ? 5 : 4)) {
-    std::fprintf(stderr, "usage: ecaudit_make_long_capture SLAVES FRAMES FILE.pcap|FILE.pcapng [terminals]\n");
+  if (run.slaves == 0 || run.slaves > most || run.frames == 0 || !understood) {
+    std::fprintf(stderr, "usage: ecaudit_make_long_capture SLAVES FRAMES FILE.pcap|FILE.pcapng [moving|terminals]\n");
     return 2;
   }
   const std::string path = argv[3];

@@ -38,13 +38,19 @@ class WatchedSource final : public capture::FrameSource {
   std::uint64_t after_ = 0;
 };
 
-class SteadyStateTest : public testing::TestWithParam<std::size_t> {};
+struct Run {
+  std::size_t slaves;
+  bool moving;
+};
+
+class SteadyStateTest : public testing::TestWithParam<Run> {};
 
 TEST_P(SteadyStateTest, NothingIsAllocatedForAFrame) {
   constexpr FrameNo kFrames = 12'000;
   constexpr FrameNo kSteady = 7'000;
   for (const samples::FileFormat format : {samples::FileFormat::kPcapNg, samples::FileFormat::kPcapNano}) {
-    const samples::Bytes file = MakeLongRun({.slaves = GetParam(), .frames = kFrames, .format = format});
+    const samples::Bytes file =
+        MakeLongRun({.slaves = GetParam().slaves, .frames = kFrames, .format = format, .moving = GetParam().moving});
     const auto source = capture::OpenCaptureFromMemory(file);
     ASSERT_TRUE(source);
     const std::uint64_t start = CountedAllocations().count;
@@ -57,12 +63,12 @@ TEST_P(SteadyStateTest, NothingIsAllocatedForAFrame) {
 }
 
 TEST_P(SteadyStateTest, TheBenchmarkedRunIsHealthyAndJudged) {
-  const samples::Bytes file = MakeLongRun({.slaves = GetParam(), .frames = 8'000});
+  const samples::Bytes file = MakeLongRun({.slaves = GetParam().slaves, .frames = 8'000, .moving = GetParam().moving});
   const auto source = capture::OpenCaptureFromMemory(file);
   ASSERT_TRUE(source);
   const AnalysisResult result = Analyse(**source, {});
   EXPECT_TRUE(result.findings.empty()) << result.findings.front().rule;
-  EXPECT_EQ(result.slaves.size(), GetParam());
+  EXPECT_EQ(result.slaves.size(), GetParam().slaves);
   for (const SlaveSummary& slave : result.slaves) EXPECT_EQ(slave.al_status.value_or(0), 0x0008) << "in OP";
   const std::vector<std::string_view> judged{"wkc-mismatch", "latch-ack-mismatch",  "drive-fault",
                                              "sync-lost",    "pdo-length-mismatch", "frame-lost"};
@@ -71,7 +77,10 @@ TEST_P(SteadyStateTest, TheBenchmarkedRunIsHealthyAndJudged) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Slaves, SteadyStateTest, testing::Values(1, 3));
+INSTANTIATE_TEST_SUITE_P(Slaves, SteadyStateTest, testing::Values(Run{1, false}, Run{3, false}, Run{3, true}),
+                         [](const testing::TestParamInfo<Run>& run) {
+                           return std::to_string(run.param.slaves) + (run.param.moving ? "Moving" : "AtRest");
+                         });
 
 TEST(LongRunTest, BothFormatsHoldTheSamePacketsAndAsManyAsWanted) {
   const samples::Bytes pcapng = MakeLongRun({.slaves = 2, .frames = 3'001});

@@ -81,8 +81,8 @@ constexpr NoteKind kCodeNotRead{.name = "code-not-read",
 constexpr NoteKind kErrorOfSome{
     .name = "error-of-some-slave",
     .text =
-        R"(The broadcast read that shows the drop also shows the error bit. At least one slave has it set, and no read
-of a single slave shows which.)"};
+        R"(The broadcast read that shows the drop also shows the error bit of at least one slave. No read of this slave
+shows whether the error is its own.)"};
 constexpr NoteKind kUndefinedState{
     .name = "undefined-state",
     .text =

@@ -32,7 +32,7 @@ the first of them.])",
     .identity = "port"};
 constexpr FindingKind kBadFrames{
     .name = "bad-frames",
-    .title = "The processing unit of the slave counts bad frames",
+    .title = "Error counter of the processing unit rises: {counted}",
     .message = R"(The processing unit of the slave counted {counted} between {since_frame} and {frame}. Its counter
 ({bad_frames_register}) rose from {bad_frames_before} to {bad_frames_after}.)",
     .next = "Find the first slave in frame direction whose port counters rise."};

@@ -11,7 +11,8 @@
 namespace ecaudit::bus_no_answer {
 namespace {
 
-/// So many frames without a return, for so long: longer than any frame is in flight, and masters wait for one.
+/// At least this number of frames without a return, for this time: longer than any frame is in flight, and masters wait
+/// for one.
 constexpr std::uint64_t kEnoughFrames = 3;
 constexpr std::int64_t kLongEnoughNs = 20'000'000;
 

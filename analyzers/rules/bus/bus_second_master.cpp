@@ -17,7 +17,8 @@
 namespace ecaudit::bus_second_master {
 namespace {
 
-/// So often the turn has to pass from one to the other and back, and so many frames of the second must be its own.
+/// The turn has to pass this number of times from one to the other and back, and the second must have this number of
+/// own frames.
 constexpr std::uint64_t kTurns = 3;
 /// Both are active at the same time if the other one sends again within this.
 constexpr std::int64_t kAtOnceNs = 1'000'000'000;
@@ -189,7 +190,7 @@ class BusSecondMaster final : public Rule {
   }
 
  private:
-  /// No Ethernet address has so many bits.
+  /// An Ethernet address has fewer bits.
   static constexpr std::uint64_t kNoSender = ~std::uint64_t{0};
 
   void Begin(std::uint64_t mac) {

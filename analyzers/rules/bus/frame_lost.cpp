@@ -99,7 +99,7 @@ Check for other traffic on the EtherCAT port (the message reports packets that f
 connectors, and link errors at the slaves (0x0300-0x0313).
 )"};
 
-/// So many lost in a row are reported.
+/// From this number in a row on, they are reported.
 constexpr std::uint64_t kManyInARow = 3;
 
 /// A recorder that leaves out packets at random takes about as many of one direction as of the other. If each direction

@@ -43,7 +43,7 @@ A frame that returns after one that its master sent later.
 - The capture may miss that the master sent such a frame again. Then its index is used again soon, and nothing is
   reported.
 - Frames that never return belong to frame-lost.
-- The rule is not evaluable if one direction is missing, or if the capture misses so many packets that one frame may
+- The rule is not evaluable if one direction is missing, or if the capture misses packets so that one frame may
   have been taken for another.
 
 ## Example

@@ -36,8 +36,8 @@ constexpr FindingKind kDropped{
     .name = "process-data-dropped",
     .title = "{command} working counter {working_counter} instead of {before} as before",
     .message = R"({command} of {length} at logical address {address} returned with working counter {working_counter}.
-Before, it was {before} in {times} from {since_frame} on, and there was no state request since then. The FMMUs of all slaves
-are not known from the capture, so the missing slave is unknown.)",
+Before, it was {before} in {times} from {since_frame} on, and there was no state request since then. Not all FMMUs are in
+the capture, so it does not show which slave is missing.)",
     .next = "Check the AL status and power of the slaves.",
     .identity = "command"};
 constexpr FindingKind kBroadcast{
@@ -275,7 +275,7 @@ class WkcMismatch final : public Rule {
     std::vector<Watched> slaves;
   };
   static constexpr std::size_t kMaxEpisodes = 32;
-  static constexpr FrameNo kAbout = 2000;  ///< a finding so many frames later may have the same cause
+  static constexpr FrameNo kAbout = 2000;  ///< a finding this number of frames later may have the same cause
 
   /// If several shares fit, that of the slave which left its state is missing.
   void AddWhoLeftItsState(Finding& own, Finding& cause) const {

@@ -32,7 +32,7 @@ Rules that need an answer are not evaluated.)",
     .next = "Capture both ports of the master into one file."};
 constexpr FindingKind kBrokenLine{
     .name = "one-port-of-broken-line",
-    .title = "Only one port of a redundant line was captured, and the line was broken",
+    .title = "Only one port of a redundant, broken line was captured",
     .message =
         R"(Frames that this port sends return at the other port, which is not in the capture. {from_other_port} of
 the other port arrived unchanged, but {came_back} returned at this port. During that time the line was broken downstream

@@ -39,7 +39,7 @@ constexpr const FindingKind* kKinds[] = {&kPoor};
 constexpr NoteKind kStampsMoved{
     .name = "stamps-moved",
     .text = R"(The stamps of interface {moved_interface} were moved so that each return follows its frame as soon as the
-wire allows. {pairs} at the beginning {pairs?shows|show} the difference, later ones how it changes.)"};
+wire allows. {pairs} at the beginning {pairs?shows|show} the difference, and later frames show how it changes.)"};
 constexpr NoteKind kRenumbered{
     .name = "renumbered",
     .text = R"(The packets were sorted by the moved stamps. Frame numbers are those of the file that 'ecaudit annotate'

@@ -21,11 +21,11 @@ constexpr FindingKind kDamaged{
     .next = "Stop the capture program before you copy the file, then copy it again."};
 constexpr FindingKind kTooMuchWork{
     .name = "too-much-work",
-    .title = "Not read to its end: frames for thousands of slaves at once",
+    .title = "Capture not read to its end: its frames need too much work",
     .message =
-        R"(Reading stopped after {last_frame_read}. The frames hold broadcasts to too many slaves, or process data
-that too many slaves share, to evaluate them for each slave in reasonable time. No real bus needs such frames. A fault
-after {last_frame_read} is not in this report.)",
+        R"(Reading stopped after {last_frame_read}. The frames hold very many broadcasts, or process data that very many
+slaves share. Evaluating them for each slave would take too long. No real bus needs such frames. A fault after
+{last_frame_read} is not in this report.)",
     .next = "Continue after this frame with --from '#{next_frame:number}'."};
 constexpr FindingKind kNotEvaluated{
     .name = "not-evaluated",
@@ -71,7 +71,7 @@ The reader of the file names packet and place of the damage. Unusable packets ar
 - They are a finding from 100 on, or from one in a hundred of those that may be EtherCAT.
 - A single frame that returned with flipped bits is a finding, because the answer in it is lost.
 - A packet of another link type may be EtherCAT if its first bytes have EtherType and datagram header.
-- Reading ends as well where frames full of broadcasts to thousands of slaves would take far too long.
+- Reading ends as well if frames full of broadcasts to many slaves would take far too long.
 
 ## Example
 samples/captures/truncated.pcapng

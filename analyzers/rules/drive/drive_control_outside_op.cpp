@@ -30,7 +30,7 @@ constexpr RuleInfo kInfo{
     .group = "Drive profile (DS402)",
     .severity = Severity::kWarning,
     .title = "An enable command is sent while the slave is not in OP",
-    .needs = "control word 6040h, the slave's AL state, and a family whose manual says when the control word acts",
+    .needs = "control word 6040h, the slave's AL state, and a family whose manual states when the control word acts",
     .source = "AKD-2011, 4.3; AKD-2010, 4.3; MKD, 4.4; PILZ, 4.4",
     .kinds = kKinds,
     .doc = R"(

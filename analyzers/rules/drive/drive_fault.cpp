@@ -68,7 +68,7 @@ A change from a state that is none of the two. Fault reaction active followed by
 - caused_by names the finding of the emergency. If the drive gave no reason, it names the lost synchronisation or the
   pause of the process data just before.
 - A drive that is in a fault when its status word is first seen is one as well. A word of 0 before it is the content of
-  unused memory. The finding says whether the fault was reset later.
+  unused memory. The finding shows whether the fault was reset later.
 - A mid-run capture needs to know where the status word is mapped: give an ENI or ESI file.
 - Inputs count if the working counter shows that the slave gave them. They do not count if other slaves alone can
   explain the working counter: the data may be the master's own.

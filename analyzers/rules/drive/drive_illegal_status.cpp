@@ -44,7 +44,7 @@ By the states of the family's manual, from the first status word on.
 
 - At least two status words in a row match no state. A drive may show a mixture for one cycle between two states.
 - 0 before any other word is the content of unused memory.
-- Evaluated only where the drive shows its status word (SAFEOP and OP, unless its manual says otherwise).
+- Evaluated only where the drive shows its status word (SAFEOP and OP, unless its manual states otherwise).
 
 ## Example
 samples/captures/drive-illegal-status.pcapng: 0x0235 for 20 cycles.

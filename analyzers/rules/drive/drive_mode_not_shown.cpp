@@ -87,7 +87,7 @@ class DriveModeNotShown final : public Rule {
     Slave& slave = slaves_[id];
     if (e.shown) {
       // By SDO the drive may have followed long before: only what showed the old mode counts.
-      Judge(id, e.by_sdo ? slave.shown_last : e.frame);
+      Evaluate(id, e.by_sdo ? slave.shown_last : e.frame);
       slave.shown = e;
       slave.shown_last = e.frame;
       if (slave.requested && !slave.of_run_before && slave.requested->value != e.value) {
@@ -97,7 +97,7 @@ class DriveModeNotShown final : public Rule {
       }
       return;
     }
-    Judge(id, slave.shown && slave.shown->by_sdo ? slave.shown_last : e.frame);
+    Evaluate(id, slave.shown && slave.shown->by_sdo ? slave.shown_last : e.frame);
     slave.since = {};
     slave.of_run_before = false;
     slave.requested = e;
@@ -113,7 +113,7 @@ class DriveModeNotShown final : public Rule {
       if (e.index != model::ObjectOfAxis(kModesDisplay, id.second)) return;
       if (!slave.shown || static_cast<std::int8_t>(e.data[0]) != slave.shown->value) return;
       slave.shown_last = e.response.seen() ? e.response : e.last;
-      Judge(id, slave.shown_last);
+      Evaluate(id, slave.shown_last);
     });
   }
 
@@ -148,7 +148,7 @@ class DriveModeNotShown final : public Rule {
     for (const auto& [id, slave] : slaves_) {
       if (!slave.requested && !slave.shown) continue;
       const FrameRef& mapped = context().slave(id.first).inputs.last;
-      Judge(id, slave.shown && !slave.shown->by_sdo && mapped.seen() ? mapped : slave.shown_last);
+      Evaluate(id, slave.shown && !slave.shown->by_sdo && mapped.seen() ? mapped : slave.shown_last);
       if (slave.requested && !slave.shown) {
         NotEvaluable(id.first, ReasonCode::kNotInCapture, kModeShown);
       } else if (slave.shown && !slave.requested) {
@@ -169,7 +169,7 @@ class DriveModeNotShown final : public Rule {
 
   using Axis = std::pair<SlaveId, std::uint8_t>;
 
-  /// Calls `visit(axis, what is kept)` for each axis of the slave that a mode was told of.
+  /// Calls `visit(axis, what is kept)` for each axis of the slave that a mode was requested for.
   template <class Visit>
   void ForEachOf(SlaveId slave, Visit visit) {
     for (auto it = slaves_.lower_bound({slave, 0}); it != slaves_.end() && it->first.first == slave; ++it) {
@@ -192,12 +192,12 @@ class DriveModeNotShown final : public Rule {
   void Leave(SlaveId of, const FrameRef& frame) {
     ForEachOf(of, [&](const Axis& id, Slave& slave) {
       if (!slave.requested || slave.requested->by_sdo) return;
-      Judge(id, slave.shown && slave.shown->by_sdo ? slave.shown_last : frame);
+      Evaluate(id, slave.shown && slave.shown->by_sdo ? slave.shown_last : frame);
       slave.since = {};
     });
   }
 
-  void Judge(const Axis& of, const FrameRef& until) {
+  void Evaluate(const Axis& of, const FrameRef& until) {
     const auto& [id, axis] = of;
     Slave& slave = slaves_[of];
     if (!slave.since.seen() || !Differ(slave) || !until.seen() || until.number <= slave.since.number) return;

@@ -47,7 +47,7 @@ A position counts as read in one of these cases:
 - It was uploaded by SDO.
 
 The finding cites the control word that cleared the enable bit. It is reported only if the master had seen the valid bit
-before. The manuals do not say that the valid bit is cleared together with the enable bit. So the position counts as
+before. The manuals do not state that the valid bit is cleared together with the enable bit. So the position counts as
 lost if the valid bit is clear, or the latch is armed again, and the position was not read until then. If all words
 travel by SDO, it also counts as lost if the status word was never read again.
 

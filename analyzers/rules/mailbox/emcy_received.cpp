@@ -19,7 +19,7 @@ constexpr FindingKind kEmergency{
     .message =
         R"(The slave reports emergency error code {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})].
 The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of
-this family lists no codes: the meaning is that of a sister family ({source}).][{!meaning} No table has this code.])",
+this family lists no codes: the meaning is that of a related family ({source}).][{!meaning} No table has this code.])",
     .next =
         R"([{?caused}Correct the cause.][{!caused}Find the code in the manual of the drive, and remove the cause.])",
     .identity = "error_code"};
@@ -30,7 +30,7 @@ constexpr FindingKind kErrorFree{
     .message = R"(The slave reports that it is free of errors again, with emergency error code
 {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})]. The error register is
 {error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of this family lists no
-codes: the meaning is that of a sister family ({source}).][{!meaning} No table has this code.])",
+codes: the meaning is that of a related family ({source}).][{!meaning} No table has this code.])",
     .next = "",
     .identity = "error_code"};
 
@@ -69,7 +69,7 @@ Every emergency is reported. Emergencies with the same error code and error regi
 - A warning of the drive (n-codes) is a warning.
 - "Error free" (0x0000) is an info.
 
-The meaning comes from the family's table of codes. If its manual has none, it comes from a sister family of the same
+The meaning comes from the family's table of codes. If its manual has none, it comes from a related family of the same
 vendor, and the finding is inferred. Otherwise it comes from the classes of the standard. These do not distinguish
 faults and warnings: such an emergency is an error.
 

@@ -59,7 +59,7 @@ constexpr NoteKind kStillFull{
 does not run, or does not serve the mailbox.)"};
 constexpr NoteKind kResponseLost{
     .name = "response-lost",
-    .text = R"(Meanwhile a frame that read the mailbox never returned. The response was probably lost with it.)"};
+    .text = R"(In between, a frame that read the mailbox never returned. The response was probably lost with it.)"};
 constexpr NoteKind kRequestLost{
     .name = "request-lost",
     .text = "The frame with the request never returned: the slave may not have received the request."};

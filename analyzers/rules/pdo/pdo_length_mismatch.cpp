@@ -110,7 +110,6 @@ class PdoLengthMismatch final : public Rule {
   PdoLengthMismatch() : Rule(kInfo) {
     Subscribe<model::AlAnswered>(&PdoLengthMismatch::On);
     Subscribe<track::LogicalAccess>(&PdoLengthMismatch::On);
-    Subscribe<track::CycleAtRest>(&PdoLengthMismatch::On);
     Subscribe<track::SlaveAccess>(&PdoLengthMismatch::On, MemoryRange{kProcessMemory, 0xFFFF});
     Subscribe<model::AlRequestJudged>(&PdoLengthMismatch::On);
     Subscribe<model::AlChangedByItself>(&PdoLengthMismatch::On);
@@ -160,15 +159,6 @@ class PdoLengthMismatch final : public Rule {
       cached = {true, e.command, e.address, e.length, PartsOf(e)};
     }
     for (const std::size_t part : cached.parts) Follow(e, mapped_[part]);
-  }
-
-  /// If several datagrams share an FMMU, their order is needed.
-  void On(const track::CycleAtRest& cycle) {
-    for (std::size_t i = 0; i < cycle.datagrams.size(); ++i) {
-      const track::DatagramPair d(cycle.transaction, i);
-      if (wire::IsLogical(d.command()) && !PartsOf(track::Network::LogicalAccessOf(d)).empty())
-        cycle.each_wanted = true;
-    }
   }
 
   void Finish() override {

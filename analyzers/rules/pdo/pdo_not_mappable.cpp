@@ -26,7 +26,7 @@ in {right_direction} PDOs only. {outcome}[ with {abort_code}].)",
 
 constexpr FindingKind kNotListed{
     .name = "not-listed",
-    .title = "{mapped:number} is mapped, but is not in the list of the drive ({pdo})",
+    .title = "{mapped:number} is mapped, but is not in the manual's list ({pdo})",
     .message = R"(The master maps {mapped}, {size}, to {in} in {frame}. In {manual} it is not among the objects that can
 be mapped. {outcome}[ with {abort_code}].)",
     .next = "Check the index and the firmware, or map another object.",

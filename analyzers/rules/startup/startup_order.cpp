@@ -5,10 +5,10 @@ namespace {
 
 constexpr FindingKind kSlaveMoved{
     .name = "slave-moved",
-    .title = "The expected {expected_slave} is at position {position}",
+    .title = "The expected {expected_slave} is at position {position} instead of {expected_position}",
     .message =
-        R"(A device with its identity is at position {position}: slaves that are expected before it come after it, or the
-other way round.)",
+        R"(The device with the identity of the expected {expected_slave} is at position {position}. Expected: position
+{expected_position}.)",
     .next = "Check the order of the slaves on the bus, or save the expectation again.",
     .identity = "expected_position position"};
 constexpr FindingKind kStepMoved{

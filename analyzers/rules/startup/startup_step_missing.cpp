@@ -6,7 +6,9 @@ namespace {
 constexpr FindingKind kSlaveMissing{
     .name = "slave-missing",
     .title = "The expected {expected_slave} is not on the bus",
-    .message = R"(No slave with its identity is at a fitting position in the whole capture.)",
+    .message =
+        R"(No slave in the capture has its identity and a fitting position.[ Expected: vendor ID {vendor_id}, product code
+{product_code}.])",
     .next = "Check its power and cable, or save the expectation again.",
     .identity = "expected_position"};
 constexpr FindingKind kStopped{
@@ -32,7 +34,7 @@ constexpr FindingKind kFailed{
     .identity = "phase step code"};
 constexpr const FindingKind* kKinds[] = {&kSlaveMissing, &kStopped, &kMissing, &kFailed};
 
-constexpr NoteKind kFurther{.name = "failed-after", .text = "After it, the {step} was {outcome} ({at})."};
+constexpr NoteKind kFurther{.name = "failed-after", .text = "The {step} after it ({at}) was {outcome}."};
 constexpr NoteKind kNotReached{.name = "not-reached",
                                .text = "These expected steps after it did not happen: {expected}[ and {more}]."};
 constexpr const NoteKind* kNotes[] = {&kFurther, &kNotReached, &kRequestFailed};
@@ -50,7 +52,7 @@ constexpr RuleInfo kInfo{.id = "startup-step-missing",
                          .doc = R"(
 ## What it checks
 Every step that the expectation lists for a slave: register writes, SDO transfers, state requests, commands to a drive.
-Every slave that it lists must be on the bus. Where the expectation says "outcome": "done", the slave must have
+Every slave that it lists must be on the bus. Where the expectation has "outcome": "done", the slave must have
 followed: the state was reached, the transfer answered, the register accepted, the drive enabled.
 
 ## Why it matters
@@ -68,7 +70,7 @@ The expected and the observed steps of a slave are aligned. A step without a cou
   on. A drive failed if it shows a fault, or does not show Operation enabled within a second. A later success counts.
 - Steps that did not happen because a state was not reached are listed with the failed step.
 - If the capture ends before, or the master does not poll, the step is not evaluated.
-- A second start-up in the same capture is not compared; the report says so.
+- A second start-up in the same capture is not compared; the report names it.
 
 ## Example
 tests/rules/startup-step-missing/violates.trace

@@ -38,7 +38,7 @@ An added parameter can override another one. A master with another configuration
 addition.
 
 ## How it is decided
-Only if the expectation says "strict": true. Repetitions directly after a step are one step. Steps that have a
+Only if the expectation has "strict": true. Repetitions directly after a step are one step. Steps that have a
 counterpart at another place or with another value belong to startup-order and startup-value.
 
 ## Example

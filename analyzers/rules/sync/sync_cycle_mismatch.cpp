@@ -278,7 +278,7 @@ class SyncCycleMismatch final : public Rule {
     // Of a run that ended unevaluated the settings still show that there was something to evaluate.
     const sync::DcUnit& unit = context().sync().dc(id);
     const bool ended = context().sync().outputs(id).rate.cycles() == 0;
-    const auto& settings = ended ? unit.told() : unit.last_active();
+    const auto& settings = ended ? unit.activated() : unit.last_active();
     const auto interpolation = model::InterpolationTime(slave);
     const auto drive = DriveCycle(slave);
     TimeNs configured = 0;

@@ -162,7 +162,7 @@ class SyncDifferenceLarge final : public Rule {
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       // The clock of any run counts: the last one may have ended in INIT.
-      if (!context().sync().dc(id).told()) continue;
+      if (!context().sync().dc(id).activated()) continue;
       if (s < slaves_.size()) CheckDelay(id, slaves_[s]);
       const bool read = any_.read || (s < slaves_.size() && slaves_[s].read);
       const bool counted = any_.counted || (s < slaves_.size() && slaves_[s].counted);

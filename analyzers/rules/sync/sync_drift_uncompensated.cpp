@@ -61,24 +61,9 @@ Send FRMW (or ARMW) of 0x0910 to the reference clock in each cycle, with the pro
 
 class SyncDriftUncompensated final : public Rule {
  public:
-  SyncDriftUncompensated() : Rule(kInfo) {
-    Subscribe<track::LogicalAccess>(&SyncDriftUncompensated::On);
-    Subscribe<track::LogicalRepeated>(&SyncDriftUncompensated::On);
-  }
+  SyncDriftUncompensated() : Rule(kInfo) { Subscribe<track::LogicalAccess>(&SyncDriftUncompensated::On); }
 
   void On(const track::LogicalAccess& e) {
-    // The last of several cycles is reported once more, in full.
-    if (!e.returned.seen() || e.returned.number > repeated_until_) Measure(e);
-  }
-  void On(const track::LogicalRepeated& e) {
-    repeated_until_ = e.access.returned.number;
-    Measure(e.access);
-  }
-
-  void Finish() override { (void)NotEvaluableWithoutReturns(); }
-
- private:
-  void Measure(const track::LogicalAccess& e) {
     if (frames_++ % kCheckEvery == 0) CheckUse(e.frame());
     if (!in_use_since_.has_time || !e.frame().has_time) return;
     const FrameRef& last = context().sync().clock().last_distribution();
@@ -122,6 +107,9 @@ class SyncDriftUncompensated final : public Rule {
     reported_ = Report(0, std::move(finding));
   }
 
+  void Finish() override { (void)NotEvaluableWithoutReturns(); }
+
+ private:
   void CheckUse(const FrameRef& frame) {
     std::size_t clocks = 0;
     SlaveId in_use = kNoSlave;
@@ -141,7 +129,6 @@ class SyncDriftUncompensated final : public Rule {
     }
   }
 
-  FrameNo repeated_until_ = 0;
   std::uint32_t frames_ = 0;
   FrameRef in_use_since_;
   SlaveId slave_ = kNoSlave;

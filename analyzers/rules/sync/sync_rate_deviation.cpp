@@ -96,7 +96,7 @@ class SyncRateDeviation final : public Rule {
     // Of a run that ended unevaluated the settings still show that there was something to evaluate.
     const sync::DcUnit& unit = context().sync().dc(id);
     const bool ended = context().sync().outputs(id).rate.cycles() == 0;
-    const auto& settings = ended ? unit.told() : unit.last_active();
+    const auto& settings = ended ? unit.activated() : unit.last_active();
     TimeNs configured = 0;
     if (settings && settings->activation.sync0()) configured = settings->sync0_cycle_ns.value_or(0);
     if (configured == 0) configured = model::InterpolationTime(slave).value_or(0);

@@ -322,7 +322,7 @@ class SyncWindowViolation final : public Rule {
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       const sync::OutputWatch& outputs = context().sync().outputs(id);
-      const auto& settings = context().sync().dc(id).told();  // the last run may have ended in INIT
+      const auto& settings = context().sync().dc(id).activated();  // the last run may have ended in INIT
       if (outputs.frames_in_op == 0 || !settings || !settings->activation.sync0()) continue;
       if (context().slave(id).profile->sync.source_with_dc.empty()) continue;
       if (outputs.phase.frames() == 0) {

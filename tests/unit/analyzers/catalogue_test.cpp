@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <regex>
 #include <set>
@@ -214,6 +215,48 @@ TEST(Catalogue, EveryRuleHasItsTraces) {
   }
 }
 
+/// "RULE kind=NAME" and "RULE note=NAME" of all findings that the traces expect.
+std::set<std::string> ExpectedKindsAndNotes() {
+  std::set<std::string> expected;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests" / "rules")) {
+    if (entry.path().extension() != ".expected") continue;
+    std::istringstream lines(FileText(entry.path()));
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream words(line.substr(0, line.find('#')));
+      std::string severity;
+      std::string rule;
+      words >> severity >> rule;
+      for (std::string word; words >> word;) {
+        if (word.starts_with("kind=") || word.starts_with("note=")) expected.insert(rule + " " + word);
+      }
+    }
+  }
+  return expected;
+}
+
+// A sentence that no trace brings about is read by no test: it may be wrong, and its condition may never be true.
+// Rules that share a table share its code: a trace of one of them is enough.
+TEST(Catalogue, EveryKindAndNoteIsExpectedByATrace) {
+  const std::set<std::string> expected = ExpectedKindsAndNotes();
+  std::map<const FindingKind*, bool> kinds;
+  std::map<const NoteKind*, bool> notes;
+  for (const NoteKind* note : kSharedNotes) notes[note] = false;
+  for (const RuleInfo* rule : RuleCatalogue()) {
+    const std::string id(rule->id);
+    for (const FindingKind* kind : rule->kinds) {
+      kinds[kind] = kinds[kind] || expected.contains(id + " kind=" + std::string(kind->name));
+    }
+    for (const NoteKind* note : rule->notes) {
+      notes[note] = notes[note] || expected.contains(id + " note=" + std::string(note->name));
+    }
+    for (const NoteKind* note : kSharedNotes) {
+      notes[note] = notes[note] || expected.contains(id + " note=" + std::string(note->name));
+    }
+  }
+  for (const auto& [kind, found] : kinds) EXPECT_TRUE(found) << "kind " << kind->name << ": " << kind->title;
+  for (const auto& [note, found] : notes) EXPECT_TRUE(found) << "note " << note->name << ": " << note->text;
+}
+
 /// Angle brackets would be tags.
 std::string InMarkdown(const std::string& text) {
   std::string out;
@@ -225,10 +268,10 @@ std::string InMarkdown(const std::string& text) {
 std::string RulesPage() {
   std::string page =
       "# Rules\n\n"
-      "What `ecaudit check` judges, chapter by chapter. `ecaudit explain RULE` prints the same text. This page is "
+      "What `ecaudit check` evaluates, chapter by chapter. `ecaudit explain RULE` prints the same text. This page is "
       "written\n"
-      "from the rules themselves (`analyzers/rules/`); `docs/sources.md` says which documents the sources are.\n\n"
-      "A rule fires only on what the capture shows; where it lacks a fact it stays silent and the report says so. "
+      "from the rules themselves (`analyzers/rules/`); `docs/sources.md` lists the documents.\n\n"
+      "A rule fires only on what the capture shows. If it lacks a fact, it is silent, and the report gives the reason. "
       "Severities\n"
       "are defaults: `--rule ID=off|info|warning|error` or \"rules\" in `.ecaudit.json` change them.\n";
   for (const std::string_view group : cli::RuleGroups()) {

@@ -136,18 +136,52 @@ TEST(EventBus, OfMemoryThoseHearWhoseBytesAreTouched) {
   EXPECT_EQ(MemoryRange::Of(0xFFFF, 2).last, 0xFFFF) << "there is nothing behind";
 }
 
-struct Ticked {
-  static constexpr bool kRoutine = true;
+TEST(EventBus, OfMemoryWhoHearsIsTheSameHoweverManyRangesComeBetween) {
+  constexpr std::size_t kRanges = 40;
+  std::vector<Hand> hands(kRanges);
+  EventBus bus;
+  for (std::size_t i = 0; i < kRanges; ++i) {
+    bus.Listen(Stage::kModel, hands[i], &Hand::On, MemoryRange::Of(static_cast<EscAddress>(16 * i), 16));
+  }
+  for (int round = 0; round < 3; ++round) {
+    for (std::size_t i = 0; i < kRanges; ++i) bus.Publish(Touched{MemoryRange::Of(static_cast<EscAddress>(16 * i), 4)});
+  }
+  for (std::size_t i = 0; i < kRanges; ++i) {
+    const auto own = static_cast<EscAddress>(16 * i);
+    EXPECT_THAT(hands[i].felt, ElementsAre(own, own, own));
+  }
+  // Who comes later hears of a range that was published before.
+  Hand late;
+  bus.Listen(Stage::kModel, late, &Hand::On, MemoryRange::Of(0, 1));
+  bus.Publish(Touched{MemoryRange::Of(0, 4)});
+  EXPECT_THAT(late.felt, ElementsAre(0));
+}
+
+/// Touches the byte before those that it felt.
+struct Groping {
+  explicit Groping(EventBus& on) : bus(on) {}
+  void On(const Touched& event) {
+    felt.push_back(event.bytes.first);
+    const EscAddress before = event.bytes.first;
+    if (before > 0) bus.Publish(Touched{MemoryRange::Of(static_cast<EscAddress>(before - 1), 1)});
+  }
+  EventBus& bus;
+  std::vector<EscAddress> felt;
 };
 
-TEST(EventBus, WhatIsNotRoutineIsNews) {
+TEST(EventBus, OfMemoryAListenerMayPublishTheSameTypeAgainAndAgain) {
   EventBus bus;
-  bus.Publish(Ticked{});
-  EXPECT_EQ(bus.news(), 0U);
-  bus.Publish(Knocked{});
-  bus.Publish(Rang{1});
-  bus.Publish(Ticked{});
-  EXPECT_EQ(bus.news(), 2U);
+  Groping groping(bus);
+  Hand after, elsewhere;
+  bus.ListenTo<Touched>(Stage::kBeforeModel, groping);
+  bus.ListenTo<Touched>(Stage::kModel, after);
+  bus.Listen(Stage::kModel, elsewhere, &Hand::On, MemoryRange::Of(3, 1));
+  constexpr EscAddress kDepth = 30;
+  bus.Publish(Touched{MemoryRange::Of(kDepth, 1)});
+  EXPECT_EQ(groping.felt.size(), kDepth + 1U);
+  ASSERT_EQ(after.felt.size(), kDepth + 1U) << "each event reaches all of its listeners";
+  for (EscAddress i = 0; i <= kDepth; ++i) EXPECT_EQ(after.felt[i], i);
+  EXPECT_THAT(elsewhere.felt, ElementsAre(3));
 }
 
 }  // namespace

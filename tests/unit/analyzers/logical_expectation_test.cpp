@@ -94,8 +94,7 @@ TEST(LogicalKinds, KeepWhatIsAskedForWhereManyOthersCome) {
   const auto value = [&](std::uint32_t address) -> int& {
     const LogicalKind kind{wire::Command::LRW, address, 8};
     if (int* found = kinds->Find(kind)) return *found;
-    bool replaced = false;
-    int& taken = kinds->Take(kind, replaced);
+    int& taken = kinds->Take(kind);
     taken = 0;
     return taken;
   };

@@ -174,7 +174,7 @@ TEST_F(ProfileChoiceTest, EsiOfAnotherVendorDoesNotCount) {
   EXPECT_EQ(slave.profile->id, "generic");
   EXPECT_EQ(slave.profile->pdo.FindFixed(0x1777), nullptr);
   EXPECT_EQ(slave.profile_source,
-            "no profile for vendor 0x0000006b, product 0x00414b44: judged by the EtherCAT standard");
+            "no profile for vendor 0x0000006b, product 0x00414b44: evaluated by the EtherCAT standard");
 }
 
 TEST_F(ProfileChoiceTest, DeviceOfNoFamilyIsTheStandardWithItsEsi) {
@@ -198,7 +198,7 @@ TEST_F(ProfileChoiceTest, UnknownSlaveIsTakenForTheOnlyProductOfTheFiles) {
 TEST_F(ProfileChoiceTest, UnknownSlaveIsNothingWhenThereAreSeveralProducts) {
   AddEsi("both.xml", kTwoProducts);
   Choose();
-  EXPECT_EQ(slave.profile_source, "identity not in the capture: judged by the EtherCAT standard");
+  EXPECT_EQ(slave.profile_source, "identity not in the capture: evaluated by the EtherCAT standard");
 }
 
 TEST_F(ProfileChoiceTest, ProfileOfTheUserStaysUnderTheEsi) {

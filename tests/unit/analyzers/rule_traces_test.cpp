@@ -22,6 +22,7 @@
 #include "analyzers/options/device_files.h"
 #include "analyzers/result/rule_info.h"
 #include "cli/expectation_file.h"
+#include "decoder/bus/aligned_source.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/device/eni_reader.h"
 #include "tests/support/folders.h"
@@ -88,7 +89,8 @@ AnalysisResult AnalyseTrace(const Trace& trace, const AnalysisOptions& options) 
   const TemporaryFile temporary(file->second);
   std::ofstream(temporary.path(), std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  auto source = capture::OpenCapture(temporary.path().string());
+  // As the program opens a capture: the clocks of two interfaces are aligned.
+  auto source = bus::OpenAligned([&] { return capture::OpenCapture(temporary.path().string()); });
   if (!source) {
     ADD_FAILURE() << source.error().message;
     return {};

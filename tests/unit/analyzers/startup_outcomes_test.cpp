@@ -38,7 +38,7 @@ mailbox::MailboxUnanswered Silence(std::uint64_t polls, TimeNs waited) {
 StartupOutcome OutcomeOf(const mailbox::MailboxUnanswered& event, bool goes_on = false) {
   std::vector<StartupStep> steps{Step(StartupKey::Kind::kDownload, 0x6060, Frame(10, 0))};
   if (goes_on) steps.push_back(Step(StartupKey::Kind::kRequest, 4, Frame(30, 800 * kMs)));
-  TellUnanswered(steps, event);
+  MarkUnanswered(steps, event);
   return steps[0].outcome;
 }
 
@@ -84,7 +84,7 @@ TEST(StartupOutcomeOf, ADriveThatIsToBeEnabled) {
   const auto outcome = [](device::DriveState shows, TimeNs end) {
     std::vector<StartupStep> steps{Step(StartupKey::Kind::kDrive, 0x07, Frame(1, 0)),
                                    Step(StartupKey::Kind::kDrive, 0x0F, Frame(2, 0))};
-    TellDrive(steps, shows, Frame(100, end));
+    MarkDriveOutcome(steps, shows, Frame(100, end));
     EXPECT_EQ(steps[0].outcome, StartupOutcome::kUnknown) << "does not enable";
     return steps[1].outcome;
   };

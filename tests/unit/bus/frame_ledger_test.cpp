@@ -47,15 +47,17 @@ void ExpectBalance(const std::filesystem::path& path) {
   Result<std::unique_ptr<capture::FrameSource>> source = capture::OpenCapture(path.string());
   if (!source) return;  // one of those that are no captures
   const PacketRange all;
-  TrafficReader reader(**source, all, nullptr, Ahead::kNo);
+  PairingLog log;
+  TrafficReader reader(**source, all, nullptr, log);
   std::uint64_t off = 0;
-  FrameLedger last;
-  while (const Traffic* traffic = reader.Next()) {
-    for (std::size_t i = 0; i < traffic->size(); ++i) {
-      last = traffic->StatisticsAfter(i).frames();
-      if (!last.Balances()) ++off;
-    }
+  for (auto got = reader.Next(); got != TrafficReader::Got::kEnd; got = reader.Next()) {
+    if (got != TrafficReader::Got::kPacket) continue;
+    reader.Pair();
+    if (!reader.statistics().frames().Balances()) ++off;
   }
+  reader.Finish();
+  const FrameLedger last = reader.statistics().frames();
+  if (!last.Balances()) ++off;
   EXPECT_EQ(off, 0U) << path;
   EXPECT_LE(last.in_flight, 256U) << path;
 }

@@ -113,12 +113,13 @@ inline Paired PairUp(std::string_view text, std::size_t window = 256) {
 inline PairingStatistics StatisticsOf(const std::vector<Packet>& packets, const capture::CaptureInfo& info = {}) {
   ecaudit::test::MemorySource source(packets, info);
   constexpr PacketRange kAll;
-  TrafficReader reader(source, kAll, nullptr, Ahead::kNo);
-  PairingStatistics statistics;
-  while (const Traffic* traffic = reader.Next()) {
-    for (std::size_t i = 0; i < traffic->size(); ++i) statistics = traffic->StatisticsAfter(i);
+  PairingLog log;
+  TrafficReader reader(source, kAll, nullptr, log);
+  for (auto got = reader.Next(); got != TrafficReader::Got::kEnd; got = reader.Next()) {
+    if (got == TrafficReader::Got::kPacket) reader.Pair();
   }
-  return statistics;
+  reader.Finish();
+  return reader.statistics();
 }
 
 /// Packet `from` again, at the end, `ns` after the last one.

@@ -1,5 +1,6 @@
 #include "decoder/bus/traffic_reader.h"
 
+#include <algorithm>
 #include <atomic>
 #include <string>
 #include <vector>
@@ -21,38 +22,27 @@ using test::PairingLog;
 using test::PairUp;
 
 constexpr PacketRange kAll;
+using Got = TrafficReader::Got;
 
 /// What came out of a reader, and the counters of Pairing at its end.
 struct Received {
   PairingLog log;
   PairingStatistics statistics;
   std::vector<FrameNo> packets;
-  std::size_t ends = 0;  ///< steps without a packet
 };
 
-Received Listen(TrafficReader& reader) {
+Received Listen(capture::FrameSource& source, const PacketRange& range = kAll) {
   Received received;
-  wire::FrameView packet;
-  while (const Traffic* traffic = reader.Next()) {
-    for (std::size_t i = 0; i < traffic->size(); ++i) {
-      traffic->Restore(i, packet);
-      if (packet.ref().seen()) {
-        received.packets.push_back(packet.ref().number);
-      } else {
-        ++received.ends;
-      }
-      traffic->Replay(i, packet, received.log);
-      received.statistics = traffic->StatisticsAfter(i);
-    }
+  TrafficReader reader(source, range, nullptr, received.log);
+  for (Got got = reader.Next(); got != Got::kEnd; got = reader.Next()) {
+    if (got != Got::kPacket) continue;
+    received.packets.push_back(reader.packet().ref().number);
+    reader.Pair();
   }
-  EXPECT_EQ(reader.Next(), nullptr) << "the end is told again and again";
-  EXPECT_EQ(received.ends, 1U);
+  EXPECT_EQ(reader.Next(), Got::kEnd) << "again and again";
+  reader.Finish();
+  received.statistics = reader.statistics();
   return received;
-}
-
-Received Listen(capture::FrameSource& source, Ahead ahead, const PacketRange& range = kAll) {
-  TrafficReader reader(source, range, nullptr, ahead);
-  return Listen(reader);
 }
 
 /// Polls of three slaves, some lost, some repeated, some damaged, with other packets between.
@@ -89,22 +79,20 @@ void ExpectSame(const PairingStatistics& a, const PairingStatistics& b) {
   EXPECT_EQ(a.in_flight, b.in_flight);
 }
 
-TEST(TrafficReader, RepeatsTheCallsOfPairingInTheSameOrder) {
+TEST(TrafficReader, TellsWhatPairingTellsInTheSameOrder) {
   const std::vector<Packet> packets = RoughTraffic(4'000);
   const test::Paired expected = PairUp(packets, 257);
   ASSERT_FALSE(expected.log.Only("lost").empty());
   ASSERT_FALSE(expected.log.Only("dup").empty());
   ASSERT_FALSE(expected.log.Only("malformed").empty());
-  for (const Ahead ahead : {Ahead::kNo, Ahead::kYes}) {
-    MemorySource source(packets);
-    const Received received = Listen(source, ahead);
-    EXPECT_EQ(received.packets.size(), packets.size());
-    EXPECT_EQ(received.log.words, expected.log.words);
-    EXPECT_EQ(received.log.sent, expected.log.sent);
-    EXPECT_EQ(received.log.doubtful, expected.log.doubtful);
-    EXPECT_EQ(received.log.directions, expected.log.directions);
-    ExpectSame(received.statistics, expected.statistics);
-  }
+  MemorySource source(packets);
+  const Received received = Listen(source);
+  EXPECT_EQ(received.packets.size(), packets.size());
+  EXPECT_EQ(received.log.words, expected.log.words);
+  EXPECT_EQ(received.log.sent, expected.log.sent);
+  EXPECT_EQ(received.log.doubtful, expected.log.doubtful);
+  EXPECT_EQ(received.log.directions, expected.log.directions);
+  ExpectSame(received.statistics, expected.statistics);
 }
 
 /// Compares what is handed over with the bytes of the packets.
@@ -138,65 +126,54 @@ class Comparing final : public BusSink {
   const std::vector<Packet>& packets_;
 };
 
-TEST(TrafficReader, HandsOverTheBytesOfBothCopiesAcrossBatches) {
+TEST(TrafficReader, HandsOverTheBytesOfBothCopies) {
   Trace trace;
   trace.Slaves(2);
-  constexpr std::size_t kExchanges = 20'000;
+  constexpr std::size_t kExchanges = 2'000;
   for (std::size_t n = 0; n < kExchanges; ++n) {
     trace.At(static_cast<std::int64_t>(n) * 1000)
         .Brd(0x0130, {8, 0})
         .Lrw(0x1000, {1, 2, static_cast<std::uint8_t>(n >> 8U), static_cast<std::uint8_t>(n)}, {4, 5, 6, 7});
   }
   const std::vector<Packet> packets = trace.Packets();
-  for (const Ahead ahead : {Ahead::kNo, Ahead::kYes}) {
-    MemorySource source(packets);
-    TrafficReader reader(source, kAll, nullptr, ahead);
-    Comparing sink(packets);
-    wire::FrameView packet;
-    std::size_t batches = 0;
-    while (const Traffic* traffic = reader.Next()) {
-      ++batches;
-      for (std::size_t i = 0; i < traffic->size(); ++i) {
-        traffic->Restore(i, packet);
-        traffic->Replay(i, packet, sink);
-      }
-    }
-    EXPECT_EQ(sink.transactions, kExchanges);
-    EXPECT_GT(batches, 5U);
-    EXPECT_EQ(reader.packets_read(), packets.size());
+  MemorySource source(packets);
+  Comparing sink(packets);
+  TrafficReader reader(source, kAll, nullptr, sink);
+  for (Got got = reader.Next(); got != Got::kEnd; got = reader.Next()) {
+    if (got == Got::kPacket) reader.Pair();
   }
+  EXPECT_EQ(sink.transactions, kExchanges);
+  EXPECT_EQ(reader.packets_read(), packets.size());
 }
 
 TEST(TrafficReader, HandsOverAPacketBeforeItReadsTheNext) {
   const std::vector<Packet> packets = RoughTraffic(400);
   MemorySource source(packets);
-  TrafficReader reader(source, kAll, nullptr, Ahead::kNo);
-  const Traffic* traffic = reader.Next();
-  ASSERT_NE(traffic, nullptr);
-  FrameNo handed_over = 0;
-  wire::FrameView packet;
-  for (; traffic != nullptr && handed_over < packets.size(); traffic = reader.Next()) {
-    traffic->Restore(traffic->size() - 1, packet);
-    if (!packet.ref().seen()) break;
-    handed_over = packet.ref().number;
-    ASSERT_EQ(source.info().packets, handed_over);
+  PairingLog log;
+  TrafficReader reader(source, kAll, nullptr, log);
+  Got got = reader.Next();
+  while (got == Got::kNothing) got = reader.Next();
+  const std::uint64_t looked_ahead = source.info().packets;
+  EXPECT_LT(looked_ahead, packets.size());
+  for (FrameNo number = 1; number <= packets.size(); ++number, got = reader.Next()) {
+    ASSERT_EQ(got, Got::kPacket);
+    ASSERT_EQ(reader.packet().ref().number, number);
+    ASSERT_EQ(source.info().packets, std::max<std::uint64_t>(number, looked_ahead));
   }
-  EXPECT_EQ(handed_over, packets.size());
+  EXPECT_EQ(got, Got::kEnd);
 }
 
 TEST(TrafficReader, ReadsNoPacketAfterTheRange) {
   const std::vector<Packet> packets = RoughTraffic(3'000);
-  for (const Ahead ahead : {Ahead::kNo, Ahead::kYes}) {
-    MemorySource source(packets);
-    PacketRange range;
-    range.from_frame = 1'001;
-    range.to_frame = 1'500;
-    const Received received = Listen(source, ahead, range);
-    ASSERT_EQ(received.packets.size(), 500U);
-    EXPECT_EQ(received.packets.front(), 1'001U);
-    EXPECT_EQ(received.packets.back(), 1'500U);
-    EXPECT_EQ(source.info().packets, 1'501U) << "one more tells that the range has ended";
-  }
+  MemorySource source(packets);
+  PacketRange range;
+  range.from_frame = 1'001;
+  range.to_frame = 1'500;
+  const Received received = Listen(source, range);
+  ASSERT_EQ(received.packets.size(), 500U);
+  EXPECT_EQ(received.packets.front(), 1'001U);
+  EXPECT_EQ(received.packets.back(), 1'500U);
+  EXPECT_EQ(source.info().packets, 1'501U) << "one more tells that the range has ended";
 }
 
 TEST(TrafficReader, TakesTheRangeInSecondsFromTheFirstPacket) {
@@ -205,7 +182,7 @@ TEST(TrafficReader, TakesTheRangeInSecondsFromTheFirstPacket) {
   PacketRange range;
   range.from_s = 0.0100;
   range.to_s = 0.0195;
-  const Received received = Listen(source, Ahead::kNo, range);
+  const Received received = Listen(source, range);
   ASSERT_FALSE(received.packets.empty());
   const TimeNs first = packets.front().time;
   for (const FrameNo number : received.packets) {
@@ -243,71 +220,44 @@ class Counting final : public capture::FrameSource {
   std::vector<std::uint8_t> bytes_;
 };
 
-TEST(TrafficReader, ShowsHowFarItIsAlsoWhereNoPacketIsInTheRange) {
-  for (const Ahead ahead : {Ahead::kNo, Ahead::kYes}) {
-    Counting source(300'000, ReadStatus::kEnd);
-    PacketRange range;
-    range.from_frame = 299'999;
-    TrafficReader reader(source, range, nullptr, ahead);
-    std::vector<std::uint64_t> read;
-    std::size_t steps = 0;
-    while (const Traffic* traffic = reader.Next()) {
-      read.push_back(reader.packets_read());
-      EXPECT_EQ(reader.bytes_read(), reader.packets_read() * 100);
-      steps += traffic->size();
-    }
-    EXPECT_EQ(steps, 3U) << "two packets and the end";
-    EXPECT_GE(read.size(), 300'000 / TrafficReader::kNewsEvery);
-    EXPECT_EQ(read.back(), 300'000U);
-    EXPECT_EQ(reader.bytes_total(), reader.bytes_read());
+TEST(TrafficReader, ReadsOnePacketAtATimeAlsoWhereNoneIsInTheRange) {
+  Counting source(9'000, ReadStatus::kEnd);
+  PacketRange range;
+  range.from_frame = 8'999;
+  PairingLog log;
+  TrafficReader reader(source, range, nullptr, log);
+  std::size_t handed_over = 0;
+  for (std::uint64_t n = 1; n <= 9'000; ++n) {
+    handed_over += reader.Next() == Got::kPacket ? 1 : 0;
+    ASSERT_EQ(reader.packets_read(), n);
   }
+  for (Got got = reader.Next(); got != Got::kEnd; got = reader.Next()) ++handed_over;
+  EXPECT_EQ(handed_over, 2U);
 }
 
 TEST(TrafficReader, EndsAtDamageAndInEmptyCaptures) {
   for (const ReadStatus end : {ReadStatus::kEnd, ReadStatus::kDamaged}) {
     for (const std::uint64_t count : {0U, 1U, 9'000U}) {
-      for (const Ahead ahead : {Ahead::kNo, Ahead::kYes}) {
-        Counting source(count, end);
-        EXPECT_EQ(Listen(source, ahead).packets.size(), count);
-      }
+      Counting source(count, end);
+      EXPECT_EQ(Listen(source).packets.size(), count);
     }
   }
 }
 
 TEST(TrafficReader, EndsOnRequestWithWhatWasRead) {
-  for (const Ahead ahead : {Ahead::kNo, Ahead::kYes}) {
+  for (const std::uint64_t until : {100U, 9'000U}) {
     Counting source(~std::uint64_t{0}, ReadStatus::kEnd);
     std::atomic<bool> stop = false;
-    TrafficReader reader(source, kAll, &stop, ahead);
-    std::size_t ends = 0;
-    wire::FrameView packet;
-    while (const Traffic* traffic = reader.Next()) {
-      stop = true;
-      if (traffic->size() == 0) continue;
-      traffic->Restore(traffic->size() - 1, packet);
-      ends += packet.ref().seen() ? 0 : 1;
+    PairingLog log;
+    TrafficReader reader(source, kAll, &stop, log);
+    std::uint64_t packets = 0;
+    for (Got got = reader.Next(); got != Got::kEnd; got = reader.Next()) {
+      packets += got == Got::kPacket ? 1 : 0;
+      if (reader.packets_read() == until) stop = true;
     }
-    EXPECT_EQ(ends, 1U);
+    EXPECT_EQ(packets, until);
+    EXPECT_EQ(source.info().packets, until);
   }
-}
-
-TEST(TrafficReader, GoesAwayBeforeTheEnd) {
-  Counting source(~std::uint64_t{0}, ReadStatus::kEnd);
-  for (const int batches : {0, 1, 5}) {
-    TrafficReader reader(source, kAll, nullptr, Ahead::kYes);
-    for (int i = 0; i < batches; ++i) ASSERT_NE(reader.Next(), nullptr);
-  }
-}
-
-TEST(TrafficReader, ReadsNotFartherAheadThanItsBatches) {
-  Counting source(~std::uint64_t{0}, ReadStatus::kEnd);
-  {
-    TrafficReader reader(source, kAll, nullptr, Ahead::kYes);
-    ASSERT_NE(reader.Next(), nullptr);
-  }
-  // Of packets without EtherCAT only the fields are kept; the look-ahead comes first.
-  EXPECT_LT(source.info().packets,
-            2 * TrafficReader::kBatches * TrafficReader::kBatchBytes / sizeof(wire::FrameFields));
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ TEST(TextWriter, FindingShowsEvidenceFilterAndSource) {
 
 TEST(TextWriter, FindingsStandBeforeSlavesAndTheCaptureLast) {
   const std::vector<std::string> lines = Lines(WrittenText(RefusedSafeop()));
-  const std::vector<std::string> order{"Findings", "Slaves", "Could not be judged", "Capture"};
+  const std::vector<std::string> order{"Findings", "Slaves", "Not evaluated", "Capture"};
   for (std::size_t i = 1; i < order.size(); ++i) {
     EXPECT_LT(LineWith(lines, order[i - 1]), LineWith(lines, order[i])) << order[i];
   }

@@ -94,7 +94,7 @@ TEST(VerdictLine, NotesSayWhatTheLineHasNoRoomFor) {
       VerdictNotes(DigestOf(capture)),
       ElementsAre("required and missing: slaves=2: the capture shows 1 slave; state=OP: slave 0 is in PREOP at "
                   "the end",
-                  "not judged: slave 0: its AL state is not in the capture", "limited by --to #100"));
+                  "not evaluated: slave 0: its AL state is not in the capture", "limited by --to #100"));
   capture.result.findings.clear();
   EXPECT_THAT(Line(capture), StartsWith("UNMET akd: required and missing: slaves=2: the capture shows 1 slave"));
 }

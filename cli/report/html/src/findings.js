@@ -95,20 +95,20 @@ export function findingsPanel(capture, page, rules, showInTime) {
   return panel;
 }
 
-/// How much was judged, by chapter: "AL state machine 8/10".
+/// How much was evaluated, by chapter: "AL state machine 8/10".
 function coverageLine(coverage) {
   const applicable = (c) => c.judged + c.partly + c.not_judged;
   const chapters = coverage.by_chapter.filter((c) => applicable(c) > 0);
   const without = coverage.by_chapter.filter((c) => applicable(c) === 0).map((c) => c.chapter);
-  const part = coverage.partly > 0 ? `, ${grouped(coverage.partly)} more in part` : "";
+  const part = coverage.partly > 0 ? `, ${grouped(coverage.partly)} in part` : "";
   return h("p", { id: "coverage" },
-    `Judged, each rule once for a slave: ${grouped(coverage.judged)} of ${grouped(applicable(coverage))}${part}: `,
+    `Evaluated, each rule once for a slave: ${grouped(coverage.judged)} of ${grouped(applicable(coverage))}${part}: `,
     chapters.map((c, i) => [i > 0 && ", ",
       h("span", { className: "nowrap" }, `${c.chapter} ${grouped(c.judged)}/${grouped(applicable(c))}`)]),
-    without.length > 0 && `; nothing to judge: ${without.join(", ")}`);
+    without.length > 0 && `; not applicable: ${without.join(", ")}`);
 }
 
-/// Rules that could not be judged, with the slaves they concern.
+/// Rules that could not be evaluated, with the slaves they concern.
 export function notJudgedPanel(capture) {
   const groups = new Map();
   for (const entry of capture.not_evaluable) {
@@ -127,7 +127,7 @@ export function notJudgedPanel(capture) {
   }
   const rows = [...byReason.values()];
   return h("section", { className: "panel", id: "not-judged", "aria-labelledby": "not-judged-title" },
-    h("h2", { id: "not-judged-title" }, "What could not be judged"),
+    h("h2", { id: "not-judged-title" }, "Not evaluated"),
     capture.coverage.by_chapter.length > 0 && coverageLine(capture.coverage),
     capture.capture_next.length > 0 && h("p", { className: "note", id: "capture-next" }, "To know more, capture next: ",
       capture.capture_next.slice(0, 3).map((a, i) => [i > 0 && "; ", `${a.what} (${count(a.judgements, "rule")})`])),

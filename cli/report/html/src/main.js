@@ -71,7 +71,7 @@ function capturePage(index) {
     ["topology", "Topology", topologyPanel(capture)],
     ["timing", "Cycle", timingPanel(capture, page, axis)],
     ["slaves", "Slaves", slavesPart(capture, page, axis)],
-    ["not-judged", "Not judged", judged && (capture.slaves.length || capture.not_evaluable.length) ? notJudgedPanel(capture) : null],
+    ["not-judged", "Not evaluated", judged && (capture.slaves.length || capture.not_evaluable.length) ? notJudgedPanel(capture) : null],
     ["capture", "Capture", capturePanel(capture, report)],
   ].filter(([, , panel]) => panel);
   return { parts: parts.map(([, , panel]) => panel), links: parts.filter(([, title]) => title).map(([id, title]) => h("a", { href: `#${id}` }, title)) };

@@ -89,7 +89,7 @@ function sliceHint(capture) {
 export function capturePanel(capture, report) {
   const c = capture.capture;
   const p = capture.bus.predictions;
-  const prediction = (one) => (one.made === 0 ? null : `${grouped(one.held)} of ${grouped(one.made)} came true`);
+  const prediction = (one) => (one.made === 0 ? null : `${grouped(one.held)} of ${grouped(one.made)} right`);
   return h("section", { className: "panel", id: "capture", "aria-labelledby": "capture-title" },
     h("h2", { id: "capture-title" }, "Capture"),
     facts([

@@ -1,0 +1,105 @@
+/// Rows as comma-separated values (RFC 4180), for spreadsheets and plots.
+#include <charconv>
+
+#include "cli/stream/json_line.h"
+#include "cli/stream/row_sink.h"
+#include "decoder/base/text.h"
+
+namespace ecaudit::cli {
+namespace {
+
+constexpr std::size_t kLongestCell = 24;  // a comma and an integer of 64 bits
+
+/// Between quotation marks, with those inside doubled, if a program could misread it. Names come from devices and from
+/// files of others: an apostrophe in front makes text of what a spreadsheet would read as a formula.
+void AppendCsv(std::string& out, std::string_view text) {
+  const bool formula = !text.empty() && std::string_view("=+-@\t\r").find(text.front()) != std::string_view::npos;
+  if (text.find_first_of(",\"\r\n;") == std::string_view::npos) {
+    if (formula) out += '\'';
+    out += text;
+    return;
+  }
+  out += '"';
+  if (formula) out += '\'';
+  for (const char c : text) {
+    if (c == '"') out += '"';
+    out += c;
+  }
+  out += '"';
+}
+
+class CsvRows final : public RowSink {
+ public:
+  explicit CsvRows(LineOutput& output) : output_(output) {}
+
+  void Begin(const RowTable& table) override {
+    table_ = &table;
+    std::string& out = output_.buffer();
+    out += table.clock_times ? "time" : "time_s";
+    out += table.dc_time ? ",dc_time_ns,frame" : ",frame";
+    for (const SignalColumn& column : table.columns) {
+      forms_.push_back(FormOf(column));
+      out += ',';
+      AppendCsv(out, column.header);
+    }
+    output_.EndLine();
+  }
+
+  void Row(const TableRow& row) override {
+    std::string& out = output_.buffer();
+    if (table_->clock_times) {
+      out += row.time;
+    } else if (row.since_start_ns) {
+      AppendSeconds(out, *row.since_start_ns);
+    }
+    if (table_->dc_time) {
+      out += ',';
+      if (row.dc_time_ns) AppendNumber(out, *row.dc_time_ns);
+    }
+    out += ',';
+    AppendNumber(out, row.frame);
+    // Nearly all cells are integers: the text of neighbouring ones joins the row at once.
+    line_.resize(row.cells.size() * kLongestCell);
+    char* const begin = line_.data();
+    char* at = begin;
+    for (std::size_t column = 0; column < row.cells.size(); ++column) {
+      const RowCell& cell = row.cells[column];
+      *at++ = ',';
+      if (!cell.has_value()) continue;
+      const NumberForm form = cell.content == RowCell::Content::kNumber ? forms_[column] : NumberForm::kOther;
+      if (form == NumberForm::kNatural) {
+        at = std::to_chars(at, at + kLongestCell, cell.raw).ptr;
+      } else if (form == NumberForm::kInteger) {
+        at = std::to_chars(at, at + kLongestCell, SignExtend(cell.raw, table_->columns[column].bits)).ptr;
+      } else {
+        out.append(begin, static_cast<std::size_t>(at - begin));
+        at = begin;
+        AppendOther(out, row, column);
+      }
+    }
+    out.append(begin, static_cast<std::size_t>(at - begin));
+    output_.EndLine();
+  }
+
+ private:
+  void AppendOther(std::string& out, const TableRow& row, std::size_t number) const {
+    const SignalColumn& column = table_->columns[number];
+    const RowCell& cell = row.cells[number];
+    if (cell.content == RowCell::Content::kBytes) return AppendHexBytes(out, cell.bytes);
+    if (column.kind != ColumnKind::kSignal) return AppendCsv(out, row.words[number]);
+    AppendValue(out, column, cell.raw, "nan");
+  }
+
+  LineOutput& output_;
+  const RowTable* table_ = nullptr;
+  std::vector<NumberForm> forms_;  ///< by column
+  std::string line_;               ///< room for the cells of a row
+};
+
+}  // namespace
+
+std::unique_ptr<RowSink> MakeCsvRows(LineOutput& output) {
+  return std::make_unique<CsvRows>(output);
+}
+
+}  // namespace ecaudit::cli
