@@ -12,8 +12,10 @@
 #include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
 #include "analyzers/words/al_text.h"
+#include "decoder/base/time.h"
 #include "decoder/esc/dc_registers.h"
 #include "decoder/esc/register_addresses.h"
+#include "decoder/mailbox/events.h"
 #include "decoder/track/access.h"
 #include "decoder/track/network.h"
 
@@ -97,7 +99,13 @@ constexpr NoteKind kStillInOp{
 constexpr const FindingKind* kKinds[] = {&kExceeded, &kHalfExceeded, &kShorter, &kTight,
                                          &kRefused,  &kRefusedLater, &kWaiting};
 
-constexpr const NoteKind* kNotes[] = {&kStillInOp};
+constexpr NoteKind kWaitsForSdo{
+    .name = "waits-for-sdo",
+    .text =
+        R"(In the pause the master waited for an SDO response: [{object}, ]request in {sdo_request_frame}, response in
+{sdo_response_frame}, {sdo_ms}. Its program seems to transfer the SDO in the thread that sends the process data.)"};
+
+constexpr const NoteKind* kNotes[] = {&kStillInOp, &kWaitsForSdo};
 
 // Several rules may explain one finding: the first that does so wins.
 constexpr std::string_view kAfter[] = {"sync-op-before-sync"};
@@ -139,6 +147,7 @@ comes close to it will be too late one day.
   is reported.
 - If the capture does not show the registers, their values after power-on (100 ms) are assumed, and the finding is
   inferred.
+- If the master waited for an SDO response in at least half of the pause, the finding names the transfer.
 - fmmu-inactive reports outputs that no FMMU maps.
 - If the slave is in OP until the end of the capture, and AL Status shows that after the pause, its watchdog did not
   expire: a warning.
@@ -163,6 +172,14 @@ class SyncWatchdogMargin final : public Rule {
     Subscribe<model::AlAnswered>(&SyncWatchdogMargin::On);
     Subscribe<model::AlOverdue>(&SyncWatchdogMargin::On);
     Subscribe<model::AlChangedByItself>(&SyncWatchdogMargin::On);
+    Subscribe<mailbox::SdoTransfer>(&SyncWatchdogMargin::On);
+  }
+
+  void On(const mailbox::SdoTransfer& t) {
+    if (!t.request.seen() || !t.request.has_time || !t.last.has_time) return;
+    SdoWait wait{t.request, t.last, {}};
+    if (t.has_object) wait.object = arg::Object(t.index, t.subindex);
+    sdo_waits_[next_sdo_wait_++ % sdo_waits_.size()] = std::move(wait);
   }
 
   /// The master may read AL Status after outputs come again.
@@ -359,8 +376,9 @@ class SyncWatchdogMargin final : public Rule {
       AddRelated(context().store[index], frame.number);
       return index;
     }
-    const FindingIndex reported =
-        Report(key, exceeds ? Severity::kError : Severity::kWarning, FindingOf(e, watchdog, exceeds, left_op));
+    Finding finding = FindingOf(e, watchdog, exceeds, left_op);
+    AddSdoWait(finding, e);
+    const FindingIndex reported = Report(key, exceeds ? Severity::kError : Severity::kWarning, std::move(finding));
     if (exceeds && !left_op && e.end == sync::OutputGap::End::kOutputs) AddUnconfirmed(e, reported);
     return reported;
   }
@@ -388,6 +406,24 @@ class SyncWatchdogMargin final : public Rule {
     reported = Report(key, shorter ? Severity::kError : Severity::kWarning, std::move(finding));
     if (shorter && !left_op) AddUnconfirmed(e, reported);
     return reported;
+  }
+
+  /// Whether the master did nothing but wait for an SDO response in most of the pause.
+  void AddSdoWait(Finding& finding, const sync::OutputGap& e) const {
+    for (const SdoWait& wait : sdo_waits_) {
+      if (!wait.request.seen() || wait.request.number < e.before.number) continue;
+      if (e.after.seen() && wait.response.number > e.after.number) continue;
+      const TimeNs took = Elapsed(wait.request.time, wait.response.time);
+      if (2 * took < e.gap.ns) continue;
+      Arguments arguments{{"sdo_request_frame", arg::Frame(wait.request.number)},
+                          {"sdo_response_frame", arg::Frame(wait.response.number)},
+                          {"sdo_ms", arg::Ms(took)}};
+      if (wait.object) arguments.Set("object", *wait.object);
+      finding.Add(kWaitsForSdo, std::move(arguments));
+      AddRelated(finding, wait.request.number);
+      AddRelated(finding, wait.response.number);
+      return;
+    }
   }
 
   void AddUnconfirmed(const sync::OutputGap& e, FindingIndex finding) {
@@ -506,6 +542,13 @@ class SyncWatchdogMargin final : public Rule {
     FindingIndex finding = kNoFinding;
   };
   std::vector<Unconfirmed> unconfirmed_;
+  /// An SDO transfer of any slave.
+  struct SdoWait {
+    FrameRef request, response;
+    std::optional<Value> object;
+  };
+  std::array<SdoWait, 8> sdo_waits_{};  // the newest
+  std::size_t next_sdo_wait_ = 0;
   std::vector<Consequence> consequences_;
   std::vector<std::optional<sync::OutputGap>> doubtful_;  // of each slave: it may be a capture gap
 };
