@@ -27,7 +27,8 @@ set(analyzers/model_may analyzers/objects analyzers/options analyzers/wiring ana
 set(analyzers/result_may analyzers/model ${analyzers/model_may})
 set(analyzers/words_may analyzers/result analyzers/model ${analyzers/model_may})
 set(analyzers/sync_may analyzers/result analyzers/model ${analyzers/model_may})
-set(analyzers/observation_may analyzers/words analyzers/sync analyzers/result analyzers/model ${analyzers/model_may})
+set(analyzers/progress_may analyzers/sync analyzers/result analyzers/model ${analyzers/model_may})
+set(analyzers/observation_may analyzers/words analyzers/progress analyzers/sync analyzers/result analyzers/model ${analyzers/model_may})
 set(analyzers/compare_may analyzers/observation ${analyzers/observation_may})
 set(analyzers/collect_may analyzers/compare ${analyzers/compare_may})
 set(analyzers/judge_may analyzers/collect ${analyzers/collect_may})
@@ -39,7 +40,8 @@ set(samples_may decoder)
 # The longest name that fits a file decides.
 set(folders decoder/base decoder/capture decoder/esc decoder/wire decoder/bus decoder/mailbox decoder/device
     decoder/process decoder/track decoder analyzers/options analyzers/wiring analyzers/objects analyzers/signals
-    analyzers/model analyzers/result analyzers/words analyzers/sync analyzers/observation analyzers/compare
+    analyzers/model analyzers/result analyzers/words analyzers/sync analyzers/progress analyzers/observation
+    analyzers/compare
     analyzers/collect analyzers/judge analyzers/rules analyzers cli/report cli samples)
 
 # Headers of the outside world that only some folders may see: PATTERN, then the folders.

@@ -24,6 +24,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/observation.h"
+#include "analyzers/progress/ladder.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit {
@@ -104,6 +105,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
         return summary != nullptr ? summary->position : static_cast<SlavePos>(slave);
       });
   SortFindings(result.findings);
+  progress::Climb(*observation.progress(), result);
   result.not_evaluable = store.not_evaluable();
   std::stable_sort(result.not_evaluable.begin(), result.not_evaluable.end(),
                    [](const NotEvaluable& a, const NotEvaluable& b) { return a.rule < b.rule; });

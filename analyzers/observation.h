@@ -16,6 +16,9 @@ namespace model {
 class BusModel;
 struct SlavePresumed;
 }  // namespace model
+namespace progress {
+class ProgressModel;
+}  // namespace progress
 namespace sync {
 class SyncModel;
 }  // namespace sync
@@ -41,6 +44,8 @@ class Observation {
   [[nodiscard]] const model::BusModel& model() const { return *model_; }
   /// Null unless Depth::kClocks.
   [[nodiscard]] const sync::SyncModel* sync() const { return sync_.get(); }
+  /// How far each axis got. Null unless Depth::kClocks.
+  [[nodiscard]] const progress::ProgressModel* progress() const { return progress_.get(); }
 
   /// Reads `source` to its end, its damage or the stop that the options name, then lets the models conclude.
   void Run(capture::FrameSource& source, const PipelineOptions& options);
@@ -52,6 +57,7 @@ class Observation {
   Pipeline pipeline_;
   std::unique_ptr<model::BusModel> model_;
   std::unique_ptr<sync::SyncModel> sync_;
+  std::unique_ptr<progress::ProgressModel> progress_;
 };
 
 }  // namespace ecaudit

@@ -179,8 +179,9 @@ void GateOptions::Declare(OptionSet& options) {
                 "exit 1 if any finding has at least this severity: error (default), warning, info, never");
   options.Values("--rule", "ID=SEVERITY", rules, "error, warning, info, or off for one rule (repeatable)");
   options.Value("--baseline", "FILE", baseline, "known findings, which do not count");
-  options.Value("--require", "WHAT", require,
-                "exit 1 unless the capture shows slaves=N,state=OP,judged (each part is optional)");
+  options.Value(
+      "--require", "WHAT", require,
+      "exit 1 unless the capture shows slaves=N,state=OP,axis=enabled,sync=ok,judged (each part is optional)");
   options.Value("--write-baseline", "FILE", write_baseline, "write all findings of this run to FILE");
 }
 

@@ -1,5 +1,6 @@
 #include "cli/requirements.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <set>
@@ -14,7 +15,8 @@
 namespace ecaudit::cli {
 namespace {
 
-constexpr std::array<std::string_view, 3> kParts{"slaves", "state", "judged"};
+constexpr std::array<std::string_view, 5> kParts{"slaves", "state", "axis", "sync", "judged"};
+constexpr std::array<std::string_view, 3> kAxisRungs{"enabled", "commanded", "follows"};
 constexpr std::array<esc::AlState, 5> kStates{esc::AlState::INIT, esc::AlState::PREOP, esc::AlState::BOOT,
                                               esc::AlState::SAFEOP, esc::AlState::OP};
 
@@ -70,6 +72,41 @@ void AddOtherStates(esc::AlState wanted, const AnalysisResult& result, std::vect
   if (!unknown.empty()) missing.push_back(state + ": the AL state of " + Slaves(unknown) + " is not in the capture");
 }
 
+/// "axis=enabled: slave 1 axis 2 is not there (not-asked: ...)"
+void AddMissingRung(const std::string& wanted, const std::string& whose, const Rung* rung,
+                    std::vector<std::string>& missing) {
+  if (rung != nullptr && rung->status == RungStatus::kReached) return;
+  std::string text = wanted + ": " + whose + " has the status " +
+                     std::string(Name(rung != nullptr ? rung->status : RungStatus::kUnknown));
+  if (rung != nullptr && rung->why != nullptr) text += " (" + std::string(rung->why->text) + ")";
+  missing.push_back(std::move(text));
+}
+
+void AddMissingAxes(const std::string& code, const AnalysisResult& result, std::vector<std::string>& missing) {
+  bool any = false;
+  for (const SlaveSummary& slave : result.slaves) {
+    for (const AxisLadder& axis : slave.axes) {
+      any = true;
+      std::string whose = "slave " + std::to_string(slave.position);
+      if (slave.axes.size() > 1 || axis.axis > 0) whose += " axis " + std::to_string(axis.axis + 1);
+      AddMissingRung("axis=" + code, whose, axis.ladder.Find(code), missing);
+    }
+  }
+  if (!any) missing.push_back("axis=" + code + ": the capture shows no axis");
+}
+
+/// Slaves without SYNC0 have nothing to keep in step with.
+void AddMissingSync(const AnalysisResult& result, std::vector<std::string>& missing) {
+  bool any = false;
+  for (const SlaveSummary& slave : result.slaves) {
+    const Rung* const rung = slave.progress.Find("sync");
+    if (rung != nullptr && rung->status == RungStatus::kNotAsked) continue;
+    any = true;
+    AddMissingRung("sync=ok", "slave " + std::to_string(slave.position), rung, missing);
+  }
+  if (!any) missing.push_back("sync=ok: the capture shows no slave with SYNC0");
+}
+
 }  // namespace
 
 Result<Requirements> ParseRequirements(std::string_view text) {
@@ -91,12 +128,23 @@ Result<Requirements> ParseRequirements(std::string_view text) {
       if (out.state) return Wrong(text, std::string(name) + " appears twice");
       out.state = ParseState(value);
       if (!out.state) return Wrong(text, "state must be INIT, PREOP, BOOT, SAFEOP or OP");
+    } else if (name == "axis") {
+      if (!out.axis.empty()) return Wrong(text, std::string(name) + " appears twice");
+      if (std::find(kAxisRungs.begin(), kAxisRungs.end(), value) == kAxisRungs.end()) {
+        return Wrong(text, "axis must be enabled, commanded or follows");
+      }
+      out.axis = value;
+    } else if (name == "sync") {
+      if (out.sync) return Wrong(text, std::string(name) + " appears twice");
+      if (value != "ok") return Wrong(text, "sync must be ok");
+      out.sync = true;
     } else if (part == "judged") {
       if (out.judged) return Wrong(text, std::string(name) + " appears twice");
       out.judged = true;
     } else {
       const std::string known = name == "judged" ? std::string() : Suggestion(name, kParts, "");
-      return Wrong(text, "'" + std::string(part) + "' is none of slaves=N,state=STATE,judged" + known);
+      return Wrong(text,
+                   "'" + std::string(part) + "' is none of slaves=N, state=STATE, axis=RUNG, sync=ok, judged" + known);
     }
     if (comma != std::string_view::npos && rest.empty()) return Wrong(text, "it ends with a comma");
   } while (!rest.empty());
@@ -127,6 +175,8 @@ std::vector<std::string> MissingOf(const Requirements& required, const AnalysisR
                         " is not in the capture");
     }
   }
+  if (!required.axis.empty()) AddMissingAxes(required.axis, result, missing);
+  if (required.sync) AddMissingSync(result, missing);
   if (required.judged) {
     if (const std::string why = report::WhyLimited(result); !why.empty()) missing.push_back("judged: " + why);
   }

@@ -1,4 +1,5 @@
-/// `--require slaves=N,state=OP,judged`: what must be true of a capture besides having no findings.
+/// `--require slaves=N,state=OP,axis=enabled,sync=ok,judged`: what must be true of a capture besides having no
+/// findings.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +18,14 @@ struct Requirements {
   std::string text;  ///< as typed; empty: nothing is required
   std::optional<std::uint16_t> slaves;
   std::optional<esc::AlState> state;
+  std::string axis;   ///< rung that each axis has to reach: "enabled", "commanded" or "follows"; empty: none
+  bool sync = false;  ///< each slave with SYNC0 has to be in sync
   bool judged = false;
 
   [[nodiscard]] bool any() const { return !text.empty(); }
 };
 
-/// Reads "slaves=N,state=OP,judged": each part at most once, at least one.
+/// Reads "slaves=N,state=OP,axis=enabled,sync=ok,judged": each part at most once, at least one.
 [[nodiscard]] Result<Requirements> ParseRequirements(std::string_view text);
 
 /// What of `required` is missing, each a sentence without a full stop; empty when it is all there.

@@ -24,6 +24,7 @@ constexpr TimeNs kSoon = 100'000'000;
 constexpr TimeNs kLater = 10'000'000'000;
 constexpr std::int64_t kWatchdog = 0x1B;  // AL status code
 constexpr std::int64_t kErrorBit = 0x10;  // of AL Status
+constexpr FrameNo kNearby = 100;
 
 /// The code of a word, or a text of the capture. Empty: the finding has no such argument.
 std::string CodeOf(const Finding& finding, std::string_view name) {
@@ -297,6 +298,17 @@ bool GoesOnFromRefusal(const Finding& effect, const Finding& cause) {
          StateOf(effect, "state") == StateOf(cause, "state_before") && effect.first.number > cause.first.number;
 }
 
+/// One begins while the other lasts.
+bool Overlaps(const Finding& effect, const Finding& cause) {
+  return effect.axis == cause.axis && cause.first.number <= effect.last.number &&
+         effect.first.number <= cause.last.number + kNearby;
+}
+
+/// Without the fault there would be nothing to reset.
+bool NeedsFault(const RuleContext&, const Finding& effect) {
+  return effect.kind != nullptr && (effect.kind->name == "fault-stays" || effect.kind->name == "reset-missing");
+}
+
 /// `effect` follows from `cause` of the same slave, or of the bus.
 struct Law {
   std::string_view effect, cause;
@@ -357,6 +369,21 @@ constexpr std::array kLaws{
     Law{"mailbox-no-response", "mailbox-not-active", -1, nullptr, Bus::kNo, SameFrame},
     Law{"foe-error", "mailbox-no-response", -1, nullptr, Bus::kNo, SameFrame},
     Law{"emcy-received", "al-refused", kSoon, NamesFailedTransition},
+    Law{"al-refused", "wkc-never-right", -1, NamesWatchdog},
+    Law{"al-unexpected-change", "wkc-never-right", -1, NamesWatchdog},
+    Law{"al-timeout", "wkc-never-right", -1},
+    Law{"wkc-never-right", "fmmu-mismatch", -1},
+    Law{"wkc-never-right", "sm-process-config", -1},
+    Law{"drive-no-reaction", "drive-not-enabled", -1},
+    Law{"drive-not-enabled", "drive-fault", -1, NeedsFault, Bus::kNo, Overlaps},
+    Law{"drive-not-enabled", "drive-illegal-command", -1, nullptr, Bus::kNo, Overlaps},
+    Law{"drive-mode-not-shown", "pdo-object-type", -1},
+    Law{"drive-mode-not-shown", "drive-not-commanded", -1, nullptr, Bus::kNo, Overlaps},
+    Law{"drive-not-commanded", "pdo-object-type", -1},
+    Law{"drive-not-following", "drive-not-commanded", -1, nullptr, Bus::kNo, Overlaps},
+    Law{"drive-not-following", "drive-setpoint-jump", kSoon, nullptr, Bus::kNo, Precedes},
+    Law{"drive-fault", "drive-setpoint-jump", kSoon, nullptr, Bus::kNo, Precedes, true},
+    Law{"drive-fault", "drive-not-following", kSoon, nullptr, Bus::kNo, Precedes, true},
     Law{"pdo-assign-order", "pdo-assign-state", kLater, nullptr, Bus::kNo, SameObject},
     Law{"sm-process-config", "sdo-abort", kLater, nullptr, Bus::kNo, MappingRefused},
     Law{"al-refused", "sdo-abort", kLater, NamesProcessData, Bus::kNo, MappingRefused},

@@ -13,6 +13,7 @@ RuleContext::RuleContext(FindingStore& to_store, const Observation& observation,
       observation_(observation),
       bus_(observation.model()),
       sync_(*observation.sync()),
+      progress_(*observation.progress()),
       source_(source),
       options_(options),
       explanations_(explanations) {}

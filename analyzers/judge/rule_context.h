@@ -28,6 +28,9 @@ namespace model {
 class BusModel;
 struct SlaveModel;
 }  // namespace model
+namespace progress {
+class ProgressModel;
+}  // namespace progress
 namespace startup {
 struct Comparison;
 }  // namespace startup
@@ -53,6 +56,8 @@ class RuleContext {
   [[nodiscard]] const track::Network& network() const;
   /// Clocks and cycles.
   [[nodiscard]] const sync::SyncModel& sync() const { return sync_; }
+  /// How far each axis got; complete in Rule::Finish().
+  [[nodiscard]] const progress::ProgressModel& progress() const { return progress_; }
   [[nodiscard]] const AnalysisOptions& options() const { return options_; }
   /// Up to the packet at hand; complete in Rule::Finish().
   [[nodiscard]] const PipelineStatistics& statistics() const;
@@ -80,6 +85,7 @@ class RuleContext {
   const Observation& observation_;
   const model::BusModel& bus_;
   const sync::SyncModel& sync_;
+  const progress::ProgressModel& progress_;
   const capture::FrameSource& source_;
   const AnalysisOptions& options_;
   Explanations& explanations_;

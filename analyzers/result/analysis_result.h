@@ -1,6 +1,7 @@
 /// Everything one capture's analysis found: plain data, complete, without text formatting. Writers read only this.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "analyzers/result/event_summary.h"
 #include "analyzers/result/finding.h"
 #include "analyzers/result/latch_summary.h"
+#include "analyzers/result/progress.h"
 #include "analyzers/result/run_summary.h"
 #include "analyzers/result/startup_summary.h"
 #include "analyzers/result/topology_summary.h"
@@ -238,6 +240,8 @@ struct SlaveSummary {
   PdoSummary tx_pdo;                              ///< slave to master
   std::optional<DriveSummary> drive;              ///< unset when no control or status word was seen
   std::vector<DriveSummary> further_axes;         ///< those after the first one that was seen
+  Ladder progress;                                ///< how far the slave got
+  std::vector<AxisLadder> axes;                   ///< how far each of its axes got, those of which something was seen
   std::optional<DcSummary> dc;                    ///< unset when nothing was seen of its distributed clocks
   std::optional<LatchSummary> latch;              ///< unset when no latch word was seen
   std::optional<LatchSummary> touch_probe;        ///< 60B8h and 60B9h, where they were seen
@@ -246,6 +250,13 @@ struct SlaveSummary {
   StartupSummary startup;  ///< steps of the master up to OP; `seen` is false where the capture holds none
   std::optional<Reason>
       not_evaluated;  ///< why too little of it was evaluated for the verdict "pass"; unset: enough was
+
+  [[nodiscard]] bool op_requested() const {
+    constexpr std::uint16_t kOp = 8;
+    return std::any_of(al_history.begin(), al_history.end(), [](const AlStep& step) {
+      return step.kind == AlStep::Kind::kRequest && (step.to & 0xFU) == kOp;
+    });
+  }
 };
 
 /// A store of the analysis that was full: what it keeps, and what it left out.

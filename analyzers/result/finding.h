@@ -53,6 +53,8 @@ struct Finding {
   std::uint64_t count = 1;
   std::vector<FrameNo> related_frames;  ///< at most 16: the request, the configuration, ...
   FindingIndex caused_by = kNoFinding;
+  /// The lowest rung (result/progress.h) that the master wanted and did not reach, or lost, because of it: "enabled".
+  std::string_view holds;
   Confidence confidence = Confidence::kObserved;
   Reference reference;
 

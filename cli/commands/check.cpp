@@ -28,7 +28,8 @@ class CheckCommand : public Command {
     output_.text.DeclareTime(options);
     output_.text.DeclareQuiet(options);
     options.Footer(
-        "\nExit status: 0 nothing at or above --fail-on, 1 findings, 2 wrong usage or unreadable input,\n"
+        "\nExit status: 0 nothing at or above --fail-on and nothing wanted is missing, 1 findings, 2 wrong usage or "
+        "unreadable input,\n"
         "130 interrupted: the report covers what was read until then.\n"
         "Example: ecaudit check --rule al-timeout=warning -o json=report.json trace.pcapng");
   }

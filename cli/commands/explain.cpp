@@ -12,6 +12,7 @@
 #include "cli/commands/command.h"
 #include "cli/families.h"
 #include "cli/lookup/meaning.h"
+#include "cli/lookup/progress_meanings.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
 #include "cli/report/sentences.h"
@@ -158,7 +159,9 @@ class ExplainCommand : public Command {
         "  6040h, 1018h:1         object, by family; 6040h, 6041h and 6060h with bits and values\n"
         "  0x0130, 0x0810         register with its bits\n"
         "  FPRD                   datagram command\n"
-        "  SAFEOP                 AL state");
+        "  SAFEOP                 AL state\n"
+        "  enabled, sync          rung of the ladder under Progress: what it needs and what may hold it\n"
+        "  \"axis does not move\"   the rungs in order; also \"does not reach OP\", \"drops out of OP\"");
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
@@ -196,6 +199,7 @@ class ExplainCommand : public Command {
     }
     std::vector<std::string_view> ids;
     for (const RuleInfo* known : RuleCatalogue()) ids.push_back(known->id);
+    for (const std::string_view topic : lookup::ProgressTopics()) ids.push_back(topic);
     return Fail(console, Error{"unknown rule '" + what + "'" + Suggestion(what, ids, "ecaudit rules")});
   }
 

@@ -13,6 +13,7 @@
 #include "cli/capture_run.h"
 #include "cli/commands/command.h"
 #include "cli/expectation_file.h"
+#include "cli/expected_rungs.h"
 #include "cli/output_file.h"
 #include "cli/output_plan.h"
 #include "cli/report/sentences.h"
@@ -68,15 +69,28 @@ bool HoldsStartup(const AnalysisResult& result) {
          (result.bus.startup.seen && !result.bus.startup.steps.empty());
 }
 
+/// The rungs of the report name only findings that it holds.
+void PlaceHolders(AnalysisResult& result, const std::vector<FindingIndex>& place) {
+  const auto renumber = [&place](Ladder& ladder) {
+    for (Rung& rung : ladder.rungs) rung.held_by = rung.held_by < place.size() ? place[rung.held_by] : kNoFinding;
+  };
+  for (SlaveSummary& slave : result.slaves) {
+    renumber(slave.progress);
+    for (AxisLadder& axis : slave.axes) renumber(axis.ladder);
+  }
+}
+
 /// Leaves the findings about the expectation, and counts the others.
 void KeepStartupFindings(report::CaptureReport& capture) {
   std::vector<Finding> kept;
+  std::vector<FindingIndex> place(capture.result.findings.size(), kNoFinding);
   std::vector<std::uint64_t> lines;
   for (std::size_t i = 0; i < capture.result.findings.size(); ++i) {
     Finding& finding = capture.result.findings[i];
     if (IsOfStartup(finding.rule)) {
       if (i < capture.decode_lines.size()) lines.push_back(capture.decode_lines[i]);
       finding.caused_by = kNoFinding;
+      place[i] = static_cast<FindingIndex>(kept.size());
       kept.push_back(std::move(finding));
       continue;
     }
@@ -85,6 +99,7 @@ void KeepStartupFindings(report::CaptureReport& capture) {
   }
   capture.result.findings = std::move(kept);
   capture.decode_lines = std::move(lines);
+  PlaceHolders(capture.result, place);
   std::erase_if(capture.result.not_evaluable, [](const NotEvaluable& entry) { return !IsOfStartup(entry.rule); });
   capture.result.capture_next.clear();
   std::erase_if(capture.result.coverage, [](const RuleCoverage& rule) { return !IsOfStartup(rule.rule); });
@@ -142,12 +157,16 @@ class StartupCommand : public Command {
       if (const auto error = NothingCompared(capture.result)) return Worst(status, CaptureRun::Fail(console, *error));
       capture.expectation = *expect_;
       KeepStartupFindings(capture);
+      for (std::string& missing : startup::RungsMissing(*expectation_, capture.result)) {
+        capture.unmet.push_back(std::move(missing));
+      }
       run_.MarkKnown(capture);
     } else {
       // Nothing is evaluated here: that is what `check` is for.
       capture.judged = false;
       capture.required.clear();
       capture.unmet.clear();
+      PlaceHolders(capture.result, {});
       capture.result.findings.clear();
       capture.decode_lines.clear();
       capture.result.not_evaluable.clear();

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "cli/lookup/meanings.h"
+#include "cli/lookup/progress_meanings.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -109,6 +110,7 @@ std::vector<Meaning> LookUp(std::string_view what, const Families& families) {
   const std::string upper = Upper(what);
   lookup::AddCommand(upper, out);
   lookup::AddAlState(upper, families, out);
+  lookup::AddProgress(what, out);
   return out;
 }
 

@@ -37,6 +37,8 @@ using Families = std::vector<const device::DeviceDescription*>;
 ///   "6040h", "6040h:1", "0x1018:1"   object
 ///   "FPRD"                      datagram command
 ///   "PREOP"                     AL state
+///   "enabled"                   rung of the progress ladder
+///   "axis does not move"        question that the rungs answer
 [[nodiscard]] std::vector<Meaning> LookUp(std::string_view what, const Families& families);
 
 /// Whether `what` has the form of something that LookUp() knows, though it may know nothing about this one.

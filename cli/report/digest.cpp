@@ -37,6 +37,7 @@ FindingDigest DigestOf(const Finding& finding, const AnalysisResult& result) {
   out.time_s = SecondsSince(result.capture.origin, finding.first);
   if (finding.first.has_time) out.time = finding.first.time;
   out.related_frames = finding.related_frames;
+  out.holds = finding.holds;
   if (finding.caused_by < result.findings.size()) out.caused_by = finding.caused_by;
   out.confidence = finding.confidence;
   out.document = PrintableLines(finding.reference.document);
@@ -124,7 +125,7 @@ Digest DigestOf(const Report& report) {
 }
 
 bool Counts(const CaptureDigest& capture, const FindingDigest& finding) {
-  return !finding.known && Reaches(finding.severity, capture.fail_on);
+  return !finding.known && Fails(finding.severity, !finding.holds.empty(), capture.fail_on);
 }
 
 std::string PlaceOf(const NotJudged& entry) {
@@ -138,7 +139,7 @@ Summary Summarise(const CaptureDigest& capture) {
   summary.limited = !capture.limited.empty();
   summary.unmet = !capture.unmet.empty();
   for (const FindingDigest& finding : capture.findings) {
-    summary.Add(finding.severity, finding.known, capture.fail_on);
+    summary.Add(finding.severity, finding.known, !finding.holds.empty(), capture.fail_on);
   }
   return summary;
 }
@@ -160,12 +161,24 @@ std::string SlaveLabel(SlavePos position, std::string_view name, const std::opti
 std::optional<MainFinding> MainFindingOf(const CaptureDigest& capture) {
   const std::vector<OrderedFinding> order = OrderForReading(capture);
   if (order.empty()) return std::nullopt;
-  // The first tree holds the worst finding. Its root is named, unless the root is the milder of the two.
-  MainFinding main{order.front().index, order.front().index};
-  for (std::size_t i = 1; i < order.size() && order[i].depth > 0; ++i) {
-    if (capture.findings[order[i].index].severity > capture.findings[main.worst].severity) main.worst = order[i].index;
+  // Of the trees with the worst severity the first that holds something the master wanted, else the first.
+  std::optional<MainFinding> best;
+  std::pair<Severity, bool> best_rank;
+  for (std::size_t i = 0; i < order.size();) {
+    MainFinding tree{order[i].index, order[i].index};
+    bool holds = false;
+    do {
+      const FindingDigest& f = capture.findings[order[i].index];
+      if (f.severity > capture.findings[tree.worst].severity) tree.worst = order[i].index;
+      holds = holds || !f.holds.empty();
+      ++i;
+    } while (i < order.size() && order[i].depth > 0);
+    const std::pair rank{capture.findings[tree.worst].severity, holds};
+    if (best && rank <= best_rank) continue;
+    best = tree;
+    best_rank = rank;
   }
-  return main;
+  return best;
 }
 
 std::string ProductText(std::optional<std::uint32_t> vendor, std::optional<std::uint32_t> product) {
@@ -197,11 +210,11 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
     return {verdict, none + slaves + reach + limits};
   }
   const FindingDigest& root = capture.findings[main->root];
-  const FindingDigest* worst = &capture.findings[main->worst];
+  const FindingDigest& worst = capture.findings[main->worst];
   std::string line;
-  if (!summary.fail) line += std::string(Name(worst->severity)) + ": ";
-  line += worst->place + ": " + TitleAndFrame(*worst);
-  if (worst != &root) line += ", because: " + TitleAndFrame(root);
+  if (!summary.fail) line += std::string(Name(worst.severity)) + ": ";
+  line += root.place + ": " + TitleAndFrame(root);
+  if (&worst != &root) line += "; consequence: " + TitleAndFrame(worst);
   if (summary.limited && !summary.fail && capture.slaves == 0) line += "; " + capture.limited;
   return {verdict, line + limits};
 }

@@ -39,6 +39,7 @@ struct FindingDigest {
   std::optional<double> time_s;  ///< from the first packet
   std::optional<TimeNs> time;    ///< of the first frame
   std::vector<FrameNo> related_frames;
+  std::string holds;                 ///< rung that the master wanted and did not reach because of it; empty: none
   std::size_t caused_by = kNoCause;  ///< place in CaptureDigest::findings
   Confidence confidence = Confidence::kObserved;
   std::string document, section;  ///< of the reference; may be empty
@@ -135,8 +136,8 @@ struct Digest {
 /// "slave 2", "all slaves", "bus"
 [[nodiscard]] std::string PlaceOf(const NotJudged& entry);
 
-/// The content of the first line, as places in CaptureDigest::findings: the worst finding of the tree that is read
-/// first, and the root of that tree, which differs where the cause is the milder of the two.
+/// What the first line says, as places in CaptureDigest::findings: the root of the tree that is read first, and the
+/// worst finding of that tree, which differs where the cause is the milder of the two.
 struct MainFinding {
   std::size_t worst = 0;
   std::size_t root = 0;

@@ -173,6 +173,7 @@ FindingDigest ReadFinding(JsonValue json, SlaveTexts& slaves, Fields& fields) {
   }
   const std::string cause = fields.TextOrNull(json, "caused_by");
   if (!cause.empty()) f.caused_by = FindingIndexOf(cause, fields);
+  if (json.member("holds").there()) f.holds = fields.TextOrNull(json, "holds");
   f.confidence = fields.Text(json, "confidence") == "observed" ? Confidence::kObserved : Confidence::kInferred;
   const JsonValue reference = fields.Object(json, "reference");
   f.document = fields.TextOrNull(reference, "document");

@@ -36,6 +36,9 @@ void PutTopology(JsonObject& out, std::string_view key, const AnalysisResult& re
 // drive_json.cpp
 void PutDrive(JsonObject& out, const AnalysisResult& result, const DriveSummary& drive);
 
+// progress_json.cpp
+void PutLadder(JsonObject& out, std::string_view key, const AnalysisResult& result, const Ladder& ladder);
+
 // startup_json.cpp
 /// Null when the capture shows nothing of it. Steps that stand in `alike` are reported there.
 void PutStartup(JsonObject& out, std::string_view key, const AnalysisResult& result, const StartupSummary& startup,

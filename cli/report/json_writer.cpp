@@ -284,6 +284,7 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   out.Put("last_time_s", SecondsSince(result.capture.origin, f.last.number == 0 ? f.first : f.last));
   out.Values("related_frames", f.related_frames);
   out.TextOrNull("caused_by", caused ? FindingId(f.caused_by) : "");
+  out.TextOrNull("holds", f.holds);
   out.Put("confidence", f.confidence == Confidence::kObserved ? "observed" : "inferred");
   out.Object("arguments", [&](JsonObject& json) { PutArguments(json, f.arguments); });
   if (!f.notes.empty()) out.List("notes", f.notes, &PutNote);

@@ -6,7 +6,9 @@
 #include "cli/report/coverage_tally.h"
 
 namespace ecaudit::report {
-bool Reaches(Severity severity, FailOn fail_on) {
+
+bool Fails(Severity severity, bool holds, FailOn fail_on) {
+  if (holds) return fail_on != FailOn::kNever;
   switch (fail_on) {
     case FailOn::kInfo:
       return true;
@@ -41,13 +43,13 @@ std::optional<FailOn> ParseFailOn(std::string_view text) {
   return std::nullopt;
 }
 
-void Summary::Add(Severity severity, bool is_known, FailOn fail_on) {
+void Summary::Add(Severity severity, bool is_known, bool holds, FailOn fail_on) {
   if (is_known) {
     ++known;
     return;
   }
   ++(severity == Severity::kError ? errors : severity == Severity::kWarning ? warnings : infos);
-  if (Reaches(severity, fail_on)) fail = true;
+  if (Fails(severity, holds, fail_on)) fail = true;
 }
 
 void Summary::Add(const Summary& other) {
@@ -86,7 +88,8 @@ Summary Summarise(const CaptureReport& capture) {
   summary.limited = capture.judged && !WhyLimited(capture.result).empty();
   summary.unmet = !capture.unmet.empty();
   for (std::size_t i = 0; i < capture.result.findings.size(); ++i) {
-    summary.Add(capture.result.findings[i].severity, capture.IsKnown(i), capture.fail_on);
+    const Finding& finding = capture.result.findings[i];
+    summary.Add(finding.severity, capture.IsKnown(i), !finding.holds.empty(), capture.fail_on);
   }
   return summary;
 }

@@ -104,7 +104,8 @@ struct Summary {
 
   /// "pass", "limited", "fail"; what is required does not change it.
   [[nodiscard]] std::string_view Verdict() const { return fail ? "fail" : limited ? "limited" : "pass"; }
-  void Add(Severity severity, bool is_known, FailOn fail_on);
+  /// @param holds  something that the master wanted was not reached because of it
+  void Add(Severity severity, bool is_known, bool holds, FailOn fail_on);
   void Add(const Summary& other);
 };
 
@@ -113,8 +114,9 @@ struct Summary {
   return summary.fail || summary.unmet;
 }
 
-/// True when a finding of `severity` makes the verdict "fail".
-[[nodiscard]] bool Reaches(Severity severity, FailOn fail_on);
+/// True when a finding makes the verdict "fail": its severity reaches `fail_on`, or the master did not reach something
+/// that it wanted because of it, at any severity.
+[[nodiscard]] bool Fails(Severity severity, bool holds, FailOn fail_on);
 
 [[nodiscard]] Summary Summarise(const CaptureReport& capture);
 /// Sums over all captures; fails, or is limited, when one of them is.

@@ -112,6 +112,11 @@ void PutSlave(JsonObject& out, const AnalysisResult& result, const SlaveSummary&
     out.List("further_axes", s.further_axes,
              [&](JsonObject& json, const DriveSummary& axis) { PutDrive(json, result, axis); });
   }
+  PutLadder(out, "progress", result, s.progress);
+  out.List("axes", s.axes, [&](JsonObject& json, const AxisLadder& axis) {
+    json.Put("axis", axis.axis + 1);
+    PutLadder(json, "progress", result, axis.ladder);
+  });
   PutStartup(out, "startup", result, s.startup, &alike);
   out.List("sync_managers", s.sync_managers, PutSyncManager);
   out.List("fmmus", s.fmmus, PutFmmu);

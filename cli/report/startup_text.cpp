@@ -6,6 +6,7 @@
 
 #include "analyzers/result/further_startups.h"
 #include "cli/report/layout.h"
+#include "cli/report/progress_text.h"
 #include "cli/report/times.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
@@ -214,6 +215,7 @@ std::string WriteStartupText(const Report& report, const TextStyle& style) {
                          " on. Shown is the start-up before it; --from '#" + std::to_string(next) + "' shows that one.",
                      0);
     }
+    WriteProgress(capture.result, text);
     CaptureStartup(capture, text).Write();
     out += text.Take();
   }

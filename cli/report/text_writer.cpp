@@ -12,6 +12,7 @@
 #include "cli/report/finding_order.h"
 #include "cli/report/layout.h"
 #include "cli/report/notation.h"
+#include "cli/report/progress_text.h"
 #include "cli/report/sentences.h"
 #include "cli/report/times.h"
 #include "cli/report/topology_text.h"
@@ -127,6 +128,7 @@ class CaptureText {
       if (verdict.rest.find(note) == std::string::npos) text_.Paragraph(note, 0, 2);
     }
     if (const std::string evaluated = EvaluatedText(); !evaluated.empty()) text_.Paragraph(evaluated, 0, 2);
+    WriteProgress(result_, text_);
   }
 
   /// "evaluated: 204 of 216 checks, 6 in part; 4 rules not for every slave (see below)". A check is a rule for one slave.

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstdint>
 #include <string_view>
+#include <vector>
 
+#include "analyzers/result/absence.h"
 #include "cli/report/json_text.h"
 #include "cli/report/times.h"
 
@@ -131,12 +133,26 @@ void PutSdo(JsonObject& out, const AnalysisResult& result, const SdoRow& row) {
   out.Put("duration_ms", OnlyIf(row.duration.has_value(), static_cast<double>(row.duration.value_or(0)) / 1e6));
 }
 
-void PutExchange(JsonObject& out, std::string_view key, const AnalysisResult& result, const ExchangeLane& lane) {
+/// A short working counter does not show whose part is missing; a finding may.
+std::string_view KindOf(const ExchangeRun& run, const AnalysisResult& result, const SlaveSummary* slave,
+                        const std::vector<Absence>& absences) {
+  using Kind = ExchangeRun::Kind;
+  if (run.kind == Kind::kTaken) return "taken";
+  if (run.kind == Kind::kMissing || slave == nullptr) return run.kind == Kind::kMissing ? "missing" : "unclear";
+  for (const Absence& absence : absences) {
+    const bool within =
+        absence.from.number <= run.first.number && (!absence.to.seen() || absence.to.number >= run.last.number);
+    if (within) return "missing";
+  }
+  return OthersAreMissing(*slave, run.first, run.last, result) ? "taken" : "unclear";
+}
+
+void PutExchange(JsonObject& out, std::string_view key, const AnalysisResult& result, const SlaveSummary* slave,
+                 const ExchangeLane& lane, const std::vector<Absence>& absences) {
   if (lane.runs.empty()) return out.Put(key, nullptr);
   out.Object(key, [&](JsonObject& json) {
     json.List("runs", lane.runs, [&](JsonObject& run, const ExchangeRun& entry) {
-      using Kind = ExchangeRun::Kind;
-      run.Put("kind", entry.kind == Kind::kTaken ? "taken" : entry.kind == Kind::kMissing ? "missing" : "unclear");
+      run.Put("kind", KindOf(entry, result, slave, absences));
       run.Put("from_s", SecondsSince(result.capture.origin, entry.first));
       run.Put("to_s", SecondsSince(result.capture.origin, entry.last));
       run.Frame("frame", entry.first);
@@ -162,8 +178,13 @@ void PutSlaveTimeline(JsonObject& out, const AnalysisResult& result, const Slave
            [&](JsonObject& json, const SignalSeries& signal) { PutSignal(json, result, signal, frames); });
   out.List("close", frames.lists(),
            [&](JsonObject& json, const std::vector<CloseValue>* values) { PutCloseFrames(json, result, *values); });
-  PutExchange(out, "outputs", result, slave.outputs);
-  PutExchange(out, "inputs", result, slave.inputs);
+  const std::vector<Absence> absences = summary != nullptr ? AbsencesOf(*summary, result) : std::vector<Absence>();
+  PutExchange(out, "outputs", result, summary, slave.outputs, absences);
+  PutExchange(out, "inputs", result, summary, slave.inputs, absences);
+  out.List("absent", absences, [&](JsonObject& json, const Absence& absence) {
+    json.Put("from_s", SecondsSince(result.capture.origin, absence.from));
+    json.Put("to_s", SecondsSince(result.capture.origin, absence.to));
+  });
   PutSeries(out, "mailbox", result, slave.mailbox, Shows::kCounts);
   out.List("sdos", slave.sdos, [&](JsonObject& json, const SdoRow& row) { PutSdo(json, result, row); });
   out.Put("sdos_left_out", slave.sdos_left_out);

@@ -1,6 +1,7 @@
 #include "cli/report/verdict_line.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "cli/report/times.h"
 #include "decoder/base/text.h"
@@ -9,10 +10,10 @@
 namespace ecaudit::report {
 namespace {
 
-/// Digits after the second: a reader looks for the moment, not for the frame, by it.
-constexpr std::size_t kDigits = 3;
-/// Columns that the event keeps at least, also after a long path.
+/// A sentence keeps at least so many columns where a long name stands before it.
 constexpr std::size_t kLeastSentence = 28;
+/// Digits of a second: a reader searches for the moment by it.
+constexpr std::size_t kDigits = 3;
 
 std::string Joined(const std::vector<std::string>& texts) {
   std::string joined;
@@ -20,15 +21,16 @@ std::string Joined(const std::vector<std::string>& texts) {
   return joined;
 }
 
-/// What the line shows, in the parts that can be shortened.
+/// What the line says, in the parts that can be shortened.
 struct Parts {
   std::string before;  ///< "error: " where the verdict does not show it
   std::string place;   ///< "slave 0 (AKD, 0x1001): "
   std::string short_place;
-  std::string what;
-  std::string cause;       ///< ", because: ..." with its frame
-  std::string when;        ///< " (frame 760 at 0.759 s)"
-  std::string short_when;  ///< " (#760, 0.759 s)"
+  std::string what;         ///< the root cause
+  std::string consequence;  ///< "; consequence: SAFEOP refused"
+  std::string when;         ///< " (frame 760 at 0.759 s)"
+  std::string short_when;   ///< " (#760, 0.759 s)"
+  std::string frame;        ///< " (#760)"
 };
 
 std::string MomentOf(const CaptureDigest& capture, const FindingDigest& f, const TextStyle& style) {
@@ -67,26 +69,33 @@ Parts OfFinding(const CaptureDigest& capture, const MainFinding& main, const std
   const FindingDigest& root = capture.findings[main.root];
   Parts parts;
   if (verdict != "FAIL") parts.before = std::string(Name(worst.severity)) + ": ";
-  parts.place = OneLine(worst.place) + ": ";
-  parts.short_place = worst.slave ? "slave " + std::to_string(*worst.slave) + ": " : parts.place;
-  parts.what = OneLine(worst.title);
-  if (worst.frame != 0) {
-    const std::string frame = std::to_string(worst.frame);
-    const std::string moment = MomentOf(capture, worst, style);
+  parts.place = OneLine(root.place) + ": ";
+  parts.short_place = root.slave ? "slave " + std::to_string(*root.slave) + ": " : parts.place;
+  parts.what = OneLine(root.title);
+  if (root.frame != 0) {
+    const std::string frame = std::to_string(root.frame);
+    const std::string moment = MomentOf(capture, root, style);
     parts.when = " (frame " + frame + (moment.empty() ? "" : " at ") + moment + ")";
     parts.short_when = " (#" + frame + (moment.empty() ? "" : ", ") + moment + ")";
+    parts.frame = " (#" + frame + ")";
   }
-  if (main.root != main.worst) parts.cause = ", because: " + OneLine(root.title);
+  if (main.root != main.worst) parts.consequence = "; consequence: " + OneLine(worst.title);
+  return parts;
+}
+
+Parts JustWhat(std::string what) {
+  Parts parts;
+  parts.what = std::move(what);
   return parts;
 }
 
 Parts PartsOf(const CaptureDigest& capture, const HeadlineParts& headline, const TextStyle& style) {
-  if (headline.verdict == "UNMET") return {"", "", "", "required and missing: " + Joined(capture.unmet), "", "", ""};
+  if (headline.verdict == "UNMET") return JustWhat("required and missing: " + Joined(capture.unmet));
   const bool shows_no_findings =
       !capture.unreadable.empty() || capture.without_ethercat || !capture.judged || headline.verdict == "ERROR";
   const std::optional<MainFinding> main = shows_no_findings ? std::nullopt : MainFindingOf(capture);
   if (main) return OfFinding(capture, *main, headline.verdict, style);
-  return {"", "", "", headline.sentence, "", "", ""};
+  return JustWhat(headline.sentence);
 }
 
 Style StyleOf(const std::string& verdict) {
@@ -105,34 +114,45 @@ VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, 
   const std::string stem = whole_path ? path : WithoutEnding(name);
   const std::string bare = WithoutBrackets(parts.what);
   const auto line = [&](const std::string& of, const std::string& place, const std::string& what,
-                        const std::string& when) { return " " + of + ": " + parts.before + place + what + when; };
+                        const std::string& when) {
+    return (of.empty() ? " " : " " + of + ": ") + parts.before + place + what + when;
+  };
   if (whole_path && parts.place.empty()) {
     // A summary has no other line for it.
     return {headline.verdict, " " + path + ": " + headline.sentence, StyleOf(headline.verdict)};
   }
   const std::size_t room = kVerdictColumns - std::min(kVerdictColumns, Columns(headline.verdict));
   VerdictLine out{headline.verdict, {}, StyleOf(headline.verdict)};
+  const std::string all = parts.what + parts.consequence;
   for (const std::string& candidate :
-       {line(path, parts.place, parts.what + parts.cause, parts.when),
-        line(name, parts.place, parts.what + parts.cause, parts.when), line(path, parts.place, parts.what, parts.when),
-        line(name, parts.place, parts.what, parts.when), line(name, parts.place, parts.what, parts.short_when),
-        line(name, parts.short_place, parts.what, parts.when),
+       {line(path, parts.place, all, parts.when), line(name, parts.place, all, parts.when),
+        line(path, parts.place, parts.what, parts.when), line(name, parts.place, parts.what, parts.when),
+        line(name, parts.place, parts.what, parts.short_when), line(name, parts.short_place, parts.what, parts.when),
         line(name, parts.short_place, parts.what, parts.short_when),
         line(stem, parts.short_place, parts.what, parts.short_when),
-        line(stem, parts.short_place, bare, parts.short_when)}) {
+        line(stem, parts.short_place, parts.what, parts.frame)}) {
     out.rest = candidate;
     if (Columns(candidate) <= room) return out;
   }
-  const std::size_t taken = Columns(line(stem, parts.short_place, "", parts.short_when));
-  const std::size_t least = std::min(kLeastSentence, room);
-  if (taken + least <= room || whole_path) {
+  if (whole_path) return out;
+  if (parts.place.empty()) {
+    // No finding: which capture has none matters more than the end of the sentence.
+    const std::size_t taken = Columns(line(stem, "", "", ""));
+    const std::size_t least = std::min(kLeastSentence, room);
     const std::size_t left = std::max(least, room - std::min(taken, room));
-    out.rest = line(stem, parts.short_place, CutToColumns(bare, left), parts.short_when);
+    const std::size_t shown = Columns(stem) - std::min(Columns(stem), taken + least - std::min(room, taken + least));
+    out.rest = line(taken + least <= room ? stem : CutToColumns(stem, shown), "", CutToColumns(parts.what, left), "");
     return out;
   }
-  // A name that leaves no room for the verdict.
-  const std::size_t shown = Columns(stem) - std::min(Columns(stem), taken + least - room);
-  out.rest = line(CutToColumns(stem, shown), parts.short_place, CutToColumns(bare, least), parts.short_when);
+  // The cause stays whole: the reader knows which file it is, and the finding has its frame.
+  for (const std::string& candidate :
+       {line("", parts.short_place, parts.what, parts.short_when), line("", parts.short_place, parts.what, parts.frame),
+        line("", parts.short_place, parts.what, ""), line("", parts.short_place, bare, parts.frame)}) {
+    out.rest = candidate;
+    if (Columns(candidate) <= room) return out;
+  }
+  const std::size_t taken = Columns(line("", parts.short_place, "", parts.frame));
+  out.rest = line("", parts.short_place, CutToColumns(bare, room - std::min(taken, room)), parts.frame);
   return out;
 }
 

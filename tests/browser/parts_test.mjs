@@ -9,6 +9,7 @@ const part = (name) => import(pathToFileURL(path.join(process.env.ECAUDIT_SOURCE
 const { equalBins, shellWord } = await part("format.js");
 const { closeOf, closeRange, merged, stretches } = await part("close.js");
 const { clockText, setClock } = await part("axis.js");
+const { groupsOf } = await part("progress.js");
 
 test("a file name is one word of a shell, whatever it holds", () => {
   for (const name of ["trace.pcapng", "a b.pcap", "a;touch x", "$(id)", "`id`", "it's", "'", "-o", "*", "a\\b", "#x", "~", "\u00e4"]) {
@@ -71,4 +72,16 @@ test("times of the clock, also across midnight", () => {
   assert.equal(clockText(0, 6), "23:59:59.999999");
   assert.equal(clockText(0.000001, 6), "00:00:00.000000");
   assert.equal(clockText(61.5, 0), "00:01:01");
+});
+
+test("slaves that got as far for the same reason share a ladder", () => {
+  const rung = (more = {}) => ({ rung: "op", status: "reached", frame: 7, time_s: 0.1, until_frame: null, until_s: null, why: null, text: null, finding: null, ...more });
+  const slave = (position, more, axes = []) => ({ position, progress: [rung(more)], axes });
+  const lost = { status: "lost", until_frame: 9, why: "gone" };
+  const findings = new Map([["f1", { id: "f1", rule: "a" }], ["f2", { id: "f2", rule: "a" }], ["f3", { id: "f3", rule: "b" }]]);
+  const places = (slaves) => groupsOf(slaves, findings).map((group) => group.slaves.map((s) => s.position));
+  assert.deepEqual(places([slave(0), slave(1, { frame: 8 }), slave(2)]), [[0, 1, 2]]);
+  assert.deepEqual(places([slave(0), slave(1, lost), slave(2)]), [[0], [1], [2]]);
+  assert.deepEqual(places([slave(0, { ...lost, finding: "f1" }), slave(1, { ...lost, finding: "f2" }), slave(2, { ...lost, finding: "f3" })]), [[0, 1], [2]]);
+  assert.deepEqual(places([slave(0), slave(1, {}, [{ axis: 1, progress: [rung({ rung: "enabled" })] }])]), [[0], [1]]);
 });

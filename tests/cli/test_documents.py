@@ -59,6 +59,7 @@ LIMITS = {
     "packet comments": [("decoder/capture/pcapng_source.cpp", "kMaxComments"),
                         ("decoder/capture/pcapng_source.cpp", "kMaxCommentBytes")],
     "interfaces of a file": [("decoder/capture/pcapng_source.cpp", "kMaxInterfaces")],
+    "axes of which the report": [("analyzers/progress/progress_model.h", "kMostAxes")],
     "interfaces with EtherCAT frames": [("decoder/bus/interface_groups.h", "kMost")],
     "names of all interfaces": [("decoder/capture/frame_source.h", "kNameBytes")],
     "a packet of a pcap file": [("decoder/capture/pcap_source.cpp", "kMaxPacketBytes")],

@@ -90,7 +90,7 @@ class Explain(CliTest):
             self.assertEqual(self.kinds(command), ["datagram command"], command)
         self.assertEqual(self.kinds("fprd"), ["datagram command"])
         for state in ("INIT", "PREOP", "BOOT", "SAFEOP", "OP"):
-            self.assertEqual(self.kinds(state), ["AL state"], state)
+            self.assertEqual(self.kinds(state)[0], "AL state", state)
 
     def test_every_statement_names_its_source(self):
         for what in ("0x0017", "0x06090011", "0x8611", "F503", "6040h", "6041h", "1018h", "0x0120", "0x0810", "LRW"):
@@ -103,6 +103,26 @@ class Explain(CliTest):
                     for row in m["statements"]}
         self.assertEqual(families, {"standard", "kollmorgen-akd-2011"})
         self.assertIn("unknown profile 'foo'", self.one_error("explain", "0x0017", "--profile", "foo"))
+
+    def test_every_rung_has_its_page(self):
+        schema = json.loads((SOURCE / "cli" / "report" / "ecaudit-report-1.schema.json").read_text())
+        rungs = schema["$defs"]["rung"]["properties"]["rung"]["enum"]
+        rules = {rule["id"] for rule in json.loads(self.run_program("rules", "--format", "json").out)["rules"]}
+        for rung in rungs:
+            page = next(m for m in self.meanings(rung) if m["kind"].startswith("rung of"))
+            named = {row["label"]: row["text"] for row in page["details"]}
+            self.assertLessEqual(set(named["rules"].split(", ")), rules, rung)
+            self.assertTrue(named["reached"] and named["held by"] and named["look at"], rung)
+
+    def test_questions_lead_through_the_rungs(self):
+        page = " ".join(self.explain("axis does not move").split())
+        for part in ("Progress", "drive-not-enabled", "bit 2 is active at 0", "drive-not-commanded"):
+            self.assertIn(part, page)
+        self.assertEqual(self.explain("Drive does not move").split(), self.explain("axis does not move").split())
+        order = [row["label"] for row in self.meanings("does not reach OP")[0]["details"]]
+        self.assertEqual(order[1:], ["answers", "known", "preop", "mailbox", "configured", "safeop", "exchange", "op"])
+        self.assertIn("--around", self.explain("drops out of OP"))
+        self.assertIn("(did you mean 'axis does not move'?)", self.one_error("explain", "axis does not mvoe"))
 
     def test_what_nobody_knows(self):
         for what in ("0x0f0f0f0f", "F99999", "5fffh"):

@@ -189,11 +189,13 @@ class HtmlTimeline(HtmlTest):
         if not path.is_file():
             self.skipTest("captures not beside the project")
         slaves = {s["slave"]: s for s in self.timeline(path)["slaves"]}
-        # The working counter is short, and fits the absence of any of the three.
-        for slave in slaves.values():
-            unclear = [r for r in slave["inputs"]["runs"] if r["kind"] != "taken"]
-            self.assertEqual([r["kind"] for r in unclear], ["unclear"])
-            self.assertGreater(unclear[0]["to_s"] - unclear[0]["from_s"], 1.5)
+        # The working counter is short, and fits the absence of any of the three; a finding names the one.
+        for position, slave in slaves.items():
+            missing = [r for r in slave["inputs"]["runs"] if r["kind"] != "taken"]
+            self.assertEqual([r["kind"] for r in missing], ["missing"] if position == 2 else [])
+            self.assertEqual(bool(slave["absent"]), position == 2)
+        absent = slaves[2]["absent"][0]
+        self.assertGreater(absent["to_s"] - absent["from_s"], 1.5)
         finding = self.json_report(path)["reports"][0]["findings"][0]
         self.assertEqual((finding["rule"], finding["slave"]), ("wkc-mismatch", 2))
         self.assertGreater(finding["last_time_s"] - finding["time_s"], 1.5)

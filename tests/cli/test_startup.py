@@ -238,6 +238,18 @@ class StartupExpect(StartupTest):
         safeop = next(s["frame"] for s in steps if s.get("state") == "SAFEOP")
         self.assertEqual(finding["frame"], safeop)
 
+    def test_a_drive_that_is_never_enabled_is_missing(self):
+        good = SAMPLES / "drive-enabled-in-safeop.pcapng"
+        self.startup("--save", "enabled.json", good)
+        self.startup("--expect", "enabled.json", good)
+        done = self.startup("--expect", "enabled.json", "--to", "#266", good, status=1)  # Enable operation is sent in 263
+        self.assertTrue(done.out.startswith("UNMET "), done.out)
+        self.assertIn("slave 0: enabled is expected and has the status not-reached", done.err)
+
+    def test_a_start_up_shows_the_rungs(self):
+        out = self.startup(SAMPLES / "drive-enabled-in-safeop.pcapng").out
+        self.assertIn("\nProgress\n  slave 0    INIT; drive enabled before, switched off by the master", out)
+
     def test_a_swapped_order_is_one_finding(self):
         for downloads in ((PERIOD, MODE, FACTOR), (FACTOR, PERIOD, MODE)):
             swapped = self.file("swapped.pcap", startup_capture(downloads=downloads))

@@ -214,6 +214,16 @@ class Require(CliTest):
             self.assertTrue(done.out.startswith("PASS "), done.out)
             self.assertEqual(done.err, "")
 
+    def test_rungs_of_axes_and_synchronisation(self):
+        enabled = SAMPLES / "drive-illegal-command.pcapng"  # enabled in the end
+        self.check(enabled, "--require", "axis=enabled", status=0)
+        done = self.check(self.healthy, "--require", "axis=enabled", status=1)
+        self.assertIn("axis=enabled: ", done.err)
+        done = self.check(self.healthy, "--require", "sync=ok", status=1)
+        self.assertIn("sync=ok: the capture shows no slave with SYNC0", done.err)
+        for wrong in ("axis=moving", "sync=yes", "axis=enabled,axis=enabled"):
+            self.check(self.healthy, "--require", wrong, status=2)
+
     def test_missing_is_said_everywhere(self):
         what = "slaves=2,state=OP,judged"
         done = self.check(self.healthy, "--require", what, status=1)

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <deque>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -308,8 +309,11 @@ class SyncWatchdogMargin final : public Rule {
     /// That this is too short for the cycle: a warning, an error.
     std::array<FindingIndex, 2> reported_short{kNoFinding, kNoFinding};
     std::vector<sync::OutputGap> early;  ///< before it was known how far its outputs usually are apart
+    std::deque<sync::OutputGap> recent;  ///< newest first
     TimeNs usual_ns = 0;                 ///< by these
   };
+  /// A master that reads AL Status seldom sends some outputs before it sees the drop.
+  static constexpr std::size_t kRecent = 4;
   /// This many gaps make a rhythm of their own.
   static constexpr std::size_t kMostEarly = 32;
 
@@ -337,9 +341,13 @@ class SyncWatchdogMargin final : public Rule {
     }
   }
 
-  void Evaluate(const sync::OutputGap& e) {
-    const Watchdog watchdog = WatchdogOf(e.slave);
+  void Evaluate(const sync::OutputGap& measured) {
+    const Watchdog watchdog = WatchdogOf(measured.slave);
     if (watchdog.ns == 0) return;
+    const sync::OutputGap e = GapOfDrop(measured, watchdog);
+    std::deque<sync::OutputGap>& recent = Of(e.slave).recent;
+    recent.push_front(measured);
+    if (recent.size() > kRecent) recent.pop_back();
     // No FMMU maps its outputs: that is the fault, and fmmu-inactive reports it.
     if (e.end != sync::OutputGap::End::kOutputs && !context().sync().outputs(e.slave).direct && !IsMapped(e.slave)) {
       return;
@@ -356,6 +364,24 @@ class SyncWatchdogMargin final : public Rule {
     if (left_op && index != kNoFinding)
       consequences_.push_back({"al-unexpected-change", e.slave, e.fell.number, index});
     if (consequences_.size() > kMaxConsequences) consequences_.erase(consequences_.begin());
+  }
+
+  /// The watchdog cannot expire within less than its time after outputs. A slave that is seen to have left OP so soon
+  /// left it in the gap before.
+  [[nodiscard]] sync::OutputGap GapOfDrop(const sync::OutputGap& e, const Watchdog& watchdog) {
+    if (!e.fell.has_time || !e.before.has_time || !e.fed_before || !e.uncertainty_ns) return e;
+    if (e.gap.ns < watchdog.ns || Elapsed(e.before.time, e.fell.time) + *e.uncertainty_ns >= watchdog.ns) return e;
+    const std::deque<sync::OutputGap>& recent = Of(e.slave).recent;
+    const auto found = std::find_if(recent.begin(), recent.end(), [&](const sync::OutputGap& gap) {
+      return !gap.fell.seen() && gap.after.seen() && gap.after.number < e.fell.number && gap.gap.ns >= watchdog.ns;
+    });
+    if (found == recent.end()) return e;
+    sync::OutputGap before = *found;
+    before.nominal_ns = e.nominal_ns;
+    before.fell = e.fell;
+    before.fell_to = e.fell_to;
+    before.fell_code = e.fell_code;
+    return before;
   }
 
   /// The gap is one of those that the outputs always have.
@@ -377,6 +403,7 @@ class SyncWatchdogMargin final : public Rule {
       return index;
     }
     Finding finding = FindingOf(e, watchdog, exceeds, left_op);
+    if (exceeds) finding.caused_by = Of(e.slave).reported_short[1];  // each cycle is such a pause
     AddSdoWait(finding, e);
     const FindingIndex reported = Report(key, exceeds ? Severity::kError : Severity::kWarning, std::move(finding));
     if (exceeds && !left_op && e.end == sync::OutputGap::End::kOutputs) AddUnconfirmed(e, reported);

@@ -127,6 +127,7 @@ Sample DriveIllegalCommand() {
   story.master.Cycles(3);
   const FrameIds early = CommandOnce(story, 0x000F);
   story.Expect("drive-illegal-command", 0, early, "Enable operation in Switch on disabled");
+  story.Expect("drive-not-enabled", 0, early, "0x000F stays, and Shutdown never comes");
   story.master.Cycles(120);
   story.EnableDrive(0);
   story.DisableDrive(0);

@@ -60,8 +60,8 @@ TEST(TextWriter, HeadlineNamesTheCauseOfTheWorstFinding) {
   capture.result.findings[0].caused_by = 1;
   capture.result.findings.push_back(MakeFinding("pdo-object-mapped-twice", Severity::kWarning, 7, 700));
   EXPECT_EQ(Headline(capture),
-            "FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760), because: "
-            "title of pdo-object-mapped-twice (frame 700)");
+            "FAIL akd.pcapng: slave 0 (AKD, 0x1001): title of pdo-object-mapped-twice (frame 700); "
+            "consequence: SAFEOP refused with AL status code 0x001d (frame 760)");
 }
 
 TEST(TextWriter, HeadlineNamesTheRootOfEqualFindings) {

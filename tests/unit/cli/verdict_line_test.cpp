@@ -48,7 +48,7 @@ TEST(VerdictLine, NeverLongerThanItMayBe) {
         EXPECT_LE(Columns(line), kVerdictColumns) << line;
         EXPECT_THAT(line, StartsWith("FAIL "));
         EXPECT_THAT(line, HasSubstr("slave 0"));
-        EXPECT_THAT(line, testing::ContainsRegex("760( at|,) 0.759 s\\)$"));
+        EXPECT_THAT(line, testing::ContainsRegex("760(( at|,) 0.759 s)?\\)$"));
       }
     }
   }
@@ -60,7 +60,10 @@ TEST(VerdictLine, WhatStandsInBracketsIsExplanation) {
   test::SetTexts(capture.result.findings[0],
                  "SAFEOP refused in PREOP with AL status code 0x001d (invalid output configuration)");
   EXPECT_EQ(Line(capture),
-            "FAIL soem-sdinfo-akd: slave 0: SAFEOP refused in PREOP with AL status code 0x001d (#760, 0.759 s)");
+            "FAIL slave 0: SAFEOP refused in PREOP with AL status code 0x001d (invalid output configuration)");
+  test::SetTexts(capture.result.findings[0],
+                 "SAFEOP refused in PREOP with AL status code 0x001d (invalid output configuration of the slave)");
+  EXPECT_EQ(Line(capture), "FAIL slave 0: SAFEOP refused in PREOP with AL status code 0x001d (#760)");
 }
 
 TEST(VerdictLine, FolderGoesFirst) {
@@ -71,17 +74,46 @@ TEST(VerdictLine, FolderGoesFirst) {
               StartsWith("FAIL captures/2026/march/line4/akd.pcapng: slave 0: SAFEOP refused"));
 }
 
-TEST(VerdictLine, NamesTheCauseWhereThereIsRoom) {
+TEST(VerdictLine, KeepsTheWholeCause) {
+  CaptureReport capture = RefusedSafeop();
+  const std::string title = "OP refused in SAFEOP with AL status code 0x001b (sync manager watchdog)";
+  test::SetTexts(capture.result.findings[0], title);
+  for (const std::string& path : {std::string("a.pcapng"), "captures/" + std::string(80, 'n') + ".pcapng"}) {
+    capture.result.capture.file.path = path;
+    EXPECT_THAT(Line(capture), HasSubstr("slave 0: " + title + " (#760"));
+    EXPECT_THAT(Line(capture, {}, true), HasSubstr("slave 0: " + title + " (#760"));
+  }
+  EXPECT_EQ(Line(capture), "FAIL slave 0: " + title + " (#760)");
+}
+
+TEST(VerdictLine, WhatHoldsLeadsAmongItsEquals) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.findings = {MakeFinding("capture-x", Severity::kWarning, 7, 5),
+                             MakeFinding("drive-x", Severity::kWarning, 7, 6)};
+  EXPECT_THAT(Line(capture), HasSubstr("title of capture-x"));
+  EXPECT_THAT(Line(capture), StartsWith("PASS "));
+  capture.result.findings[1].holds = "enabled";
+  EXPECT_THAT(Line(capture), HasSubstr("title of drive-x"));
+  EXPECT_THAT(Line(capture), StartsWith("FAIL ")) << "an axis that is not enabled is not PASS";
+  capture.fail_on = FailOn::kNever;
+  EXPECT_THAT(Line(capture), StartsWith("PASS "));
+  capture.fail_on = FailOn::kError;
+  capture.known = {false, true};
+  EXPECT_THAT(Line(capture), StartsWith("PASS "));
+}
+
+TEST(VerdictLine, TheRootCauseLeads) {
   CaptureReport capture = RefusedSafeop();
   test::SetTexts(capture.result.findings[0], "SAFEOP refused");
   capture.result.findings[0].caused_by = 1;
   capture.result.findings.push_back(MakeFinding("pdo-x", Severity::kWarning, 7, 700));
   capture.result.slaves[0].name.clear();
+  capture.result.capture.file.path = "a.pcapng";
   EXPECT_EQ(Line(capture),
-            "FAIL akd.pcapng: slave 0 (0x1001): SAFEOP refused, because: title of pdo-x (frame 760 at 0.759 s)");
+            "FAIL a.pcapng: slave 0 (0x1001): title of pdo-x; consequence: SAFEOP refused (frame 700 at 0.699 s)");
   test::SetTexts(capture.result.findings[1], std::string(60, 'x'));
-  EXPECT_THAT(Line(capture), Not(HasSubstr("because")));
-  EXPECT_THAT(Line(capture), HasSubstr("SAFEOP refused"));
+  EXPECT_THAT(Line(capture), Not(HasSubstr("consequence")));
+  EXPECT_THAT(Line(capture), HasSubstr(std::string(60, 'x')));
   EXPECT_LE(Columns(Line(capture)), kVerdictColumns);
 }
 

@@ -29,11 +29,12 @@ function buildLanes(capture, page) {
   const busMarks = marksOf(null);
   const lost = timeline?.lost ?? null;
   if (busMarks.length || lost) lanes.push({ label: "Bus", marks: busMarks, rows: lost ? [{ kind: "lost", series: lost }] : [] });
-  for (const slave of capture.slaves.slice(0, MAX_LANES)) {
+  for (const slave of capture.slaves) {
+    if (lanes.length > MAX_LANES) break;
     const drawn = timeline?.slaves.find((s) => s.slave === slave.position);
     const rows = [];
     const states = alSegments(slave, end);
-    const absent = absences(drawn, marksOf(slave.position));
+    const absent = absences(drawn, end);
     rows.push({ kind: "al", segments: states, absent, requests: slave.al.history.filter((s) => s.kind === "request" && s.time_s !== null) });
     for (const direction of ["outputs", "inputs"]) {
       if (drawn?.[direction]) rows.push({ kind: "exchange", direction, runs: drawn[direction].runs });
@@ -41,20 +42,35 @@ function buildLanes(capture, page) {
     const drive = driveSegments(slave, end);
     if (drive.length) rows.push({ kind: "drive", segments: drive });
     if (drawn?.mailbox) rows.push({ kind: "mailbox", series: drawn.mailbox });
-    lanes.push({
+    const lane = {
       label: `${slave.position}`,
       more: slave.name || (slave.station_address !== null ? hex(slave.station_address) : ""),
       marks: marksOf(slave.position),
       rows,
-    });
+      slaves: [slave.position],
+      key: lookOf(rows, end),
+    };
+    const before = lanes[lanes.length - 1];
+    if (before?.slaves && lane.marks.length + before.marks.length === 0 && before.key === lane.key) {
+      before.slaves.push(slave.position);
+      before.label = `${before.slaves[0]}\u2013${slave.position}`;
+      if (before.more !== lane.more) before.more = "alike";
+    } else lanes.push(lane);
   }
   return lanes;
 }
 
-/// When the slave took no part in the exchange although others did: its state then is what it was before. Where the
-/// working counter alone does not show whose part is missing, a finding may.
-function absences(drawn, marks) {
-  const spans = marks.filter((mark) => mark.rule === "wkc-mismatch" && mark.to > mark.time).map((mark) => ({ from: mark.time, to: mark.to }));
+/// What a lane looks like, to the width of a few pixels: slaves that a master starts in turn differ by less.
+function lookOf(rows, end) {
+  const at = (time) => Math.round((time / end) * 100);
+  return JSON.stringify(rows.map((row) => [row.kind, row.direction, row.segments?.map((s) => [s.label, at(s.from)]),
+    row.runs?.map((r) => [r.kind, at(r.from_s), at(r.to_s)]), row.absent?.map((s) => [at(s.from), at(s.to)])]));
+}
+
+/// When the slave took no part in the exchange although others did, by its runs or by a finding: its state then is what
+/// it was before. Without an end it is gone to the end of the capture.
+function absences(drawn, end) {
+  const spans = (drawn?.absent ?? []).filter((span) => span.from_s !== null).map((span) => ({ from: span.from_s, to: span.to_s ?? end }));
   for (const direction of ["outputs", "inputs"]) {
     for (const run of drawn?.[direction]?.runs ?? []) {
       if (run.kind === "missing" && run.count > 1) spans.push({ from: run.from_s, to: run.to_s });
@@ -314,6 +330,7 @@ export function lanesPanel(capture, page, axis) {
   const lanes = buildLanes(capture, page);
   if (lanes.length === 0 || !(capture.capture.duration_s > 0)) return null;
   const height = place(lanes);
+  const drawn = lanes.reduce((sum, lane) => sum + (lane.slaves?.length ?? 0), 0);
   const focus = { time: null, id: null };
   const box = h("div", { className: "plot" });
   const tip = h("div", { className: "tip", hidden: true });
@@ -336,7 +353,8 @@ export function lanesPanel(capture, page, axis) {
     legend(lanes),
     overlay(capture, page, axis, lanes.flatMap((lane) => lane.marks)),
     h("p", { className: "note screen" }, "Drag to zoom, double-click for the whole capture; when focused, arrows, + and \u2212 move and zoom. Times count from the first packet. Around findings every cycle is shown."),
-    capture.slaves.length > MAX_LANES && h("p", { className: "note" }, `The first ${MAX_LANES} of ${capture.slaves.length} slaves.`),
+    lanes.some((lane) => lane.slaves?.length > 1) && h("p", { className: "note" }, "Neighbours that are alike and have no finding share a lane."),
+    drawn < capture.slaves.length && h("p", { className: "note" }, `The first ${drawn} of ${capture.slaves.length} slaves.`),
     capture.slaves.some((s) => s.al.history_left_out || s.drive?.history_left_out) &&
       h("p", { className: "note" }, "States that changed too often to list are left out; their bars end there."));
 

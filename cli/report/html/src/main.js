@@ -4,6 +4,7 @@ import { fileName, grouped } from "./format.js";
 import { findingsPanel, notJudgedPanel } from "./findings.js";
 import { lanesPanel } from "./lanes.js";
 import { live } from "./plots.js";
+import { progressPanel } from "./progress.js";
 import { slavePanel, startUp, unmetPanel } from "./slaves.js";
 import { busPanel, capturePanel, summaryPanel } from "./summary.js";
 import { timingPanel } from "./timing.js";
@@ -65,6 +66,7 @@ function capturePage(index) {
   const lanes = lanesPanel(capture, page, axis);
   const parts = [
     ["summary", null, summaryPanel(capture, page)],
+    ["progress", "Progress", progressPanel(capture, lanes?.show)],
     ["bus", "Bus", busPanel(capture)],
     ["time", "Time line", lanes?.panel],
     ["findings", "Findings", judged && (capture.slaves.length || page.order.length) ? findingsPanel(capture, page, data.rules ?? {}, lanes?.show) : null],

@@ -1,0 +1,211 @@
+#include <array>
+
+#include "analyzers/progress/axis_facts.h"
+#include "analyzers/progress/ladder.h"
+
+namespace ecaudit::progress {
+namespace {
+
+constexpr Word kNoFault{"no-fault", "no fault"};
+constexpr Word kVoltage{"voltage", "voltage enabled"};
+constexpr Word kEnabled{"enabled", "enabled"};
+constexpr Word kMode{"mode", "mode shown"};
+constexpr Word kCommanded{"commanded", "commanded"};
+constexpr Word kFollows{"follows", "follows"};
+
+constexpr Word kNoStatusWord{"no-status-word", "the status word is not in the capture"};
+constexpr Word kInFault{"fault", "the drive is in Fault"};
+constexpr Word kVoltageMissing{"no-voltage", "bit 4 of the status word is 0"};
+constexpr Word kLeftEnabled{"left-enabled", "the drive left Operation enabled without a command"};
+constexpr Word kModeDiffers{"mode-differs", "6061h does not show the mode that 6060h selects"};
+constexpr Word kModeNotShown{"mode-not-in-capture", "6061h is not in the capture"};
+constexpr Word kSetpointUnknown{"setpoint-not-in-capture", "the set point of the mode is in no object of CiA 402"};
+constexpr Word kActualUnknown{"actual-not-in-capture", "the actual value is not in the capture"};
+constexpr Word kNotMeasured{"too-short", "the axis did not move far enough to compare"};
+
+/// The ladder of one axis, rung by rung; each looks at those below it.
+class AxisClimb {
+ public:
+  AxisClimb(const AxisWatch& watch, std::uint8_t axis, const SlaveSummary& slave, const AnalysisResult& result)
+      : watch_(watch), axis_(axis), slave_(slave), result_(result) {}
+
+  Ladder Build() {
+    Ladder ladder;
+    const Rung enabled = Enabled();
+    const Rung commanded = Commanded(enabled);
+    ladder.rungs = {NoFault(), Voltage(), enabled, Mode(), commanded, Follows(enabled, commanded)};
+    return ladder;
+  }
+
+ private:
+  [[nodiscard]] static Rung Of(const Word& word) {
+    Rung rung;
+    rung.rung = &word;
+    return rung;
+  }
+  static void Take(Rung& rung, const Span& span) {
+    rung.since = span.since;
+    rung.until = span.lost;
+  }
+  /// The first fact of this rung, or null.
+  [[nodiscard]] const AxisRecord* FactOf(std::string_view rung) const {
+    for (const AxisRecord& record : watch_.records()) {
+      if (FactRow(record.fact).rung == rung) return &record;
+    }
+    return nullptr;
+  }
+  void Hold(Rung& rung, const AxisRecord& record) const {
+    const AxisFactRow& row = FactRow(record.fact);
+    rung.why = &row.word;
+    rung.held_since = record.since;
+    rung.held_by = HolderOf(result_, slave_, {row.rule}, axis_);
+  }
+
+  [[nodiscard]] Rung NoFault() const {
+    Rung rung = Of(kNoFault);
+    const Span& span = watch_.without_fault();
+    Take(rung, span);
+    if (!watch_.status_seen()) {
+      rung.why = &kNoStatusWord;
+    } else if (span.holds()) {
+      rung.status = RungStatus::kReached;
+    } else if (!span.ever() && !IsFault(watch_.now().state)) {
+      rung.why = &kNoStatusWord;
+    } else {
+      rung.status = span.ever() ? RungStatus::kLost : RungStatus::kNotReached;
+      rung.why = &kInFault;
+      rung.held_by = HolderOf(result_, slave_, {"drive-fault"}, axis_);
+    }
+    return rung;
+  }
+
+  [[nodiscard]] Rung Voltage() const {
+    Rung rung = Of(kVoltage);
+    const Span& span = watch_.voltage();
+    Take(rung, span);
+    if (!watch_.status_seen()) {
+      rung.why = &kNoStatusWord;
+    } else if (span.holds() || watch_.enabled().holds()) {
+      rung.status = RungStatus::kReached;  // not every drive has the bit
+      if (!span.ever()) rung.since = watch_.enabled().since;
+    } else if (!watch_.enable().wanted()) {
+      rung.status = RungStatus::kNotAsked;
+    } else {
+      rung.status = span.ever() ? RungStatus::kLost : RungStatus::kNotReached;
+      rung.why = &kVoltageMissing;
+      rung.held_by = HolderOf(result_, slave_, {"drive-not-enabled", "drive-no-reaction"}, axis_);
+    }
+    return rung;
+  }
+
+  [[nodiscard]] Rung Enabled() const {
+    Rung rung = Of(kEnabled);
+    const Span& span = watch_.enabled();
+    Take(rung, span);
+    const AxisRecord* const fact = FactOf("enabled");
+    if (!watch_.status_seen()) {
+      rung.why = &kNoStatusWord;
+    } else if (span.holds()) {
+      rung.status = RungStatus::kReached;
+    } else if (span.ever() && (fact == nullptr || fact->last.number < span.lost.number)) {
+      rung.status = watch_.lost_unasked() ? RungStatus::kLost : RungStatus::kReached;
+      if (rung.status == RungStatus::kLost) {
+        rung.why = &kLeftEnabled;
+        rung.held_by =
+            HolderOf(result_, slave_,
+                     {"drive-fault", "al-unexpected-change", "drive-illegal-state-change", "drive-not-enabled"});
+      }
+    } else if (!watch_.enable().wanted()) {
+      rung.status = RungStatus::kNotAsked;
+    } else {
+      rung.status = span.ever() ? RungStatus::kLost : RungStatus::kNotReached;
+      if (fact != nullptr) Hold(rung, *fact);
+      if (rung.held_by == kNoFinding) {
+        rung.held_by = HolderOf(
+            result_, slave_, {"drive-not-enabled", "drive-no-reaction", "drive-illegal-command", "drive-fault"}, axis_);
+      }
+    }
+    return rung;
+  }
+
+  [[nodiscard]] Rung Mode() const {
+    Rung rung = Of(kMode);
+    Take(rung, watch_.mode());
+    const AxisView& now = watch_.now();
+    const auto asked = now.mode_mapped.value_or(0) != 0 ? now.mode_mapped : now.mode_by_sdo;
+    const AxisRecord* const fact = FactOf("mode");
+    if (fact != nullptr) {
+      rung.status = RungStatus::kNotReached;
+      Hold(rung, *fact);
+    } else if (watch_.mode().holds()) {
+      rung.status = RungStatus::kReached;
+    } else if (!now.mode_shown) {
+      rung.status = asked ? RungStatus::kUnknown : RungStatus::kNotAsked;
+      if (asked) rung.why = &kModeNotShown;
+    } else if (asked.value_or(0) == 0) {
+      rung.status = RungStatus::kNotAsked;
+    } else {
+      rung.status = watch_.mode().ever() ? RungStatus::kLost : RungStatus::kNotReached;
+      rung.why = &kModeDiffers;
+      rung.held_by = HolderOf(result_, slave_, {"drive-mode-not-shown", "drive-unsupported-mode", "pdo-object-type"});
+    }
+    return rung;
+  }
+
+  [[nodiscard]] Rung Commanded(const Rung& enabled) const {
+    Rung rung = Of(kCommanded);
+    const CommandCheck& command = watch_.command();
+    rung.since = command.commanded();
+    const AxisRecord* const fact = FactOf("commanded");
+    if (fact != nullptr) {
+      rung.status = RungStatus::kNotReached;
+      Hold(rung, *fact);
+    } else if (command.commanded().seen()) {
+      rung.status = RungStatus::kReached;
+      if (enabled.until.seen()) rung.until = enabled.until;
+    } else if (enabled.status == RungStatus::kUnknown) {
+      rung.why = enabled.why;
+    } else if (command.without_setpoint()) {
+      rung.why = &kSetpointUnknown;
+    } else {
+      rung.status = RungStatus::kNotAsked;
+    }
+    return rung;
+  }
+
+  [[nodiscard]] Rung Follows(const Rung& enabled, const Rung& commanded) const {
+    Rung rung = Of(kFollows);
+    const AxisRecord* const fact = FactOf("follows");
+    rung.since = watch_.follow().follows();
+    if (fact != nullptr) {
+      rung.status = rung.since.seen() ? RungStatus::kLost : RungStatus::kNotReached;
+      if (rung.status == RungStatus::kLost) rung.until = fact->since;
+      Hold(rung, *fact);
+    } else if (rung.since.seen()) {
+      rung.status = RungStatus::kReached;
+      if (enabled.until.seen()) rung.until = enabled.until;
+    } else if (commanded.status != RungStatus::kReached) {
+      rung.status = commanded.status == RungStatus::kUnknown ? RungStatus::kUnknown : RungStatus::kNotAsked;
+      rung.why = commanded.status == RungStatus::kUnknown ? commanded.why : nullptr;
+    } else {
+      const AxisView& now = watch_.now();
+      const Quantity quantity = now.mode() ? QuantityOf(*now.mode()) : Quantity::kNone;
+      const bool actual = quantity != Quantity::kNone && now.Actual(quantity).has_value();
+      rung.why = actual ? &kNotMeasured : &kActualUnknown;
+    }
+    return rung;
+  }
+
+  const AxisWatch& watch_;
+  std::uint8_t axis_;
+  const SlaveSummary& slave_;
+  const AnalysisResult& result_;
+};
+
+}  // namespace
+
+Ladder LadderOf(const AxisWatch& axis, std::uint8_t number, const SlaveSummary& slave, const AnalysisResult& result) {
+  return AxisClimb(axis, number, slave, result).Build();
+}
+
+}  // namespace ecaudit::progress

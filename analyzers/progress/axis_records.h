@@ -1,0 +1,124 @@
+/// What was wanted of an axis and not reached: facts without text, for the rules of rules/drive/ and for the ladder.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "analyzers/progress/lasting.h"
+#include "decoder/base/ids.h"
+#include "decoder/base/time.h"
+#include "decoder/device/drive_profile.h"
+
+namespace ecaudit::progress {
+
+enum class AxisFact : std::uint8_t {
+  // The axis does not get to Operation enabled.
+  kControlBitMissing,   ///< a: bits of the control word (0 to 2) that are 0 while bit 3 asks for Operation enabled
+  kResetStands,         ///< bit 7 stays 1 in Fault: a reset is its rising edge
+  kResetMissing,        ///< bit 3 asks for Operation enabled in Fault, and no reset is given
+  kFaultStays,          ///< a: resets given; the fault is still there
+  kShutdownMissing,     ///< 0x000F in Switch on disabled: Shutdown (bit 0 = 0) has to come first
+  kNoVoltage,           ///< bit 4 of the status word is 0
+  kNoReaction,          ///< a legal enable word, and nothing shows why not
+  kQuickStopStays,      ///< Quick stop active is not left by Enable operation
+  kNotReady,            ///< the status word shows Not ready to switch on
+  kNotInOp,             ///< a: AL state; the master never requested OP
+  kOverwrittenControl,  ///< a: written by SDO, b: in the process data
+  kLocalControl,        ///< bit 9 of the status word is 0: the drive is not controlled over the bus
+  kHasty,               ///< a: times that bit 3 rose, b: the longest of them in ns
+  kDropsBack,           ///< a: times that the drive went back to Switch on disabled by itself
+  // It is enabled, and nothing starts the motion.
+  kStartMissing,       ///< a: mode; bit 4 stays 0
+  kStartStands,        ///< a: mode; bit 4 stays 1
+  kNotAcknowledged,    ///< bit 4 rises, bit 12 does not follow
+  kHaltStands,         ///< bit 8 stays 1
+  kOverwrittenMode,    ///< a: 6060h by SDO, b: in the process data, c: 6061h
+  kNoMode,             ///< the set point changes, no mode is selected
+  kSetpointNotMapped,  ///< a: mode, b: its set point, c: the object that changes
+  kRampBits,           ///< velocity mode (2): bits 4 to 6 of the control word are not all 1
+  // It is commanded wrongly.
+  kJumpAtEnable,     ///< a: target, b: actual value, c: largest step of the target after that
+  kJumpInOperation,  ///< a: target before, b: target after, c: largest step before
+  kTargetEchoes,     ///< a: changes, b: travelled
+  kOutsideLimits,    ///< a: target, b: limit
+  // It does not follow.
+  kFollowingError,  ///< bit 13
+  kHomingError,     ///< bit 13 in homing
+  kLags,            ///< a: travel of the target, b: travel of the actual value
+  kStandsStill,     ///< a: travel of the target, b: travel of the actual value; velocity: the values
+  kWrongWay,        ///< likewise
+  kZeroLimit,       ///< likewise; c: a mapped limit that is 0
+  kHomingStands,    ///< homing is started, and the axis neither moves nor reports an end
+  // The process data are read at a wrong place.
+  kModeShifted,  ///< a: 6061h by SDO, b: in the process data
+};
+
+/// Which object a fact is about.
+enum class Quantity : std::uint8_t { kNone, kPosition, kVelocity, kTorque };
+
+struct AxisRecord {
+  AxisFact fact = AxisFact::kNoReaction;
+  FrameRef since;  ///< where it began
+  FrameRef frame;  ///< where it was certain
+  FrameRef last;   ///< where it was still so, or came again
+  std::uint64_t count = 1;
+  bool inferred = false;  ///< what came before the capture may be the reason
+  bool fault = false;     ///< the drive went into a fault, or showed a following error, because of it
+  bool constant = false;  ///< kSetpointNotMapped: the set point of the mode is mapped and stays the same
+  bool limited = false;   ///< bit 11 of the status word: an internal limit is active
+  std::optional<std::uint16_t> control, status;
+  std::optional<device::DriveState> state;
+  std::optional<std::int8_t> mode;
+  Quantity quantity = Quantity::kNone;
+  TimeNs lasted = 0;  ///< from `since` to `frame`
+  std::int64_t a = 0, b = 0, c = 0;
+};
+
+/// The facts of one axis: each once for every episode of its kind, counted.
+class AxisRecords {
+ public:
+  /// Adds it, or counts it with the one of the same fact and values.
+  void Add(const AxisRecord& record) {
+    for (AxisRecord& known : list_) {
+      if (known.fact != record.fact || known.quantity != record.quantity) continue;
+      ++known.count;
+      known.last = record.frame;
+      return;
+    }
+    list_.push_back(record);
+    list_.back().last = record.frame;
+  }
+  /// It still holds: the record of it lasts until here.
+  void Extend(AxisFact fact, Quantity quantity, const FrameRef& frame) {
+    for (AxisRecord& known : list_) {
+      const bool same = known.fact == fact || (fact == AxisFact::kStandsStill && known.fact == AxisFact::kZeroLimit);
+      if (!same || known.quantity != quantity) continue;
+      known.last = frame;
+      if (known.count == 1 && known.since.has_time && frame.has_time)
+        known.lasted = Elapsed(known.since.time, frame.time);
+    }
+  }
+  /// What has held long enough: true once in each episode, when it is to be added; from then on it is extended.
+  /// @param held  as Lasting::Hold() gave it
+  [[nodiscard]] bool IsDue(AxisFact fact, Lasting& lasting, TimeNs held, TimeNs limit, const FrameRef& frame,
+                           Quantity quantity = Quantity::kNone) {
+    if (held < limit) return false;
+    if (lasting.Tell()) return true;
+    Extend(fact, quantity, frame);
+    return false;
+  }
+  [[nodiscard]] const AxisRecord* Find(AxisFact fact) const {
+    for (const AxisRecord& known : list_) {
+      if (known.fact == fact) return &known;
+    }
+    return nullptr;
+  }
+  [[nodiscard]] auto begin() const { return list_.begin(); }
+  [[nodiscard]] auto end() const { return list_.end(); }
+
+ private:
+  std::vector<AxisRecord> list_;
+};
+
+}  // namespace ecaudit::progress

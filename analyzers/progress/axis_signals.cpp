@@ -1,0 +1,93 @@
+#include "analyzers/progress/axis_signals.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "decoder/base/bytes.h"
+
+namespace ecaudit::progress {
+namespace {
+
+struct RoleRow {
+  std::uint16_t index;
+  std::uint8_t subindex;
+  Role role;
+};
+
+/// Of several objects with one role in a part the first row counts.
+constexpr std::array kRoleRows{
+    RoleRow{0x6040, 0, Role::kControl},        RoleRow{0x6060, 0, Role::kMode},
+    RoleRow{0x607A, 0, Role::kTargetPosition}, RoleRow{0x60C1, 1, Role::kTargetPosition},
+    RoleRow{0x60FF, 0, Role::kTargetVelocity}, RoleRow{0x6042, 0, Role::kTargetVelocity},
+    RoleRow{0x6071, 0, Role::kTargetTorque},   RoleRow{0x6041, 0, Role::kStatus},
+    RoleRow{0x6061, 0, Role::kModeShown},      RoleRow{0x6064, 0, Role::kPosition},
+    RoleRow{0x606C, 0, Role::kVelocity},       RoleRow{0x6044, 0, Role::kVelocity},
+    RoleRow{0x6077, 0, Role::kTorque},         RoleRow{0x603F, 0, Role::kErrorCode},
+    RoleRow{0x6072, 0, Role::kMaxTorque},      RoleRow{0x60E0, 0, Role::kPositiveTorque},
+    RoleRow{0x60E1, 0, Role::kNegativeTorque}, RoleRow{0x607F, 0, Role::kMaxVelocity},
+    RoleRow{0x6080, 0, Role::kMaxMotorSpeed},  RoleRow{0x6081, 0, Role::kProfileSpeed},
+    RoleRow{0x6083, 0, Role::kAcceleration},
+};
+
+constexpr std::uint16_t kFirstOfAxes = 0x6000;
+constexpr std::uint16_t kPastAxes = 0xA000;
+constexpr std::uint16_t kAxisDistance = 0x800;
+
+bool IsSigned(Role role) {
+  return role != Role::kControl && role != Role::kStatus && role < Role::kErrorCode;
+}
+
+}  // namespace
+
+std::uint16_t ObjectOf(Role role) {
+  for (const RoleRow& row : kRoleRows) {
+    if (row.role == role) return row.index;
+  }
+  return 0;
+}
+
+std::optional<std::pair<std::uint8_t, std::uint16_t>> AxisOf(std::uint16_t index) {
+  if (index < kFirstOfAxes || index >= kPastAxes) return std::nullopt;
+  const auto axis = static_cast<std::uint8_t>((index - kFirstOfAxes) / kAxisDistance);
+  return std::pair(axis, static_cast<std::uint16_t>(index - axis * kAxisDistance));
+}
+
+std::optional<std::pair<std::uint8_t, Role>> RoleOf(std::uint16_t index, std::uint8_t subindex) {
+  const auto axis = AxisOf(index);
+  if (!axis) return std::nullopt;
+  for (const RoleRow& row : kRoleRows) {
+    if (row.index == axis->second && row.subindex == subindex) return std::pair(axis->first, row.role);
+  }
+  return std::nullopt;
+}
+
+AxisPlaces::AxisPlaces(const model::ImagePart& part) : serial_(part.serial) {
+  for (const model::ImagePart::Place& place : part.places) {
+    const auto role = RoleOf(static_cast<std::uint16_t>(place.object >> 8U), static_cast<std::uint8_t>(place.object));
+    if (!role || place.bits == 0 || place.bits > 64) continue;
+    const bool taken = std::any_of(places_.begin(), places_.end(), [&](const Place& other) {
+      return other.axis == role->first && other.role == role->second;
+    });
+    if (!taken) places_.push_back({role->first, role->second, place.bits, place.bit});
+  }
+  std::stable_sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) { return a.axis < b.axis; });
+}
+
+bool AxisPlaces::Repeats(ByteSpan data, std::vector<std::uint64_t>& bits) const {
+  bool same = bits.size() == places_.size();
+  bits.resize(places_.size());
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const std::uint64_t now = model::ExtractBits(data, places_[i].bit, places_[i].bits);
+    same = same && bits[i] == now;
+    bits[i] = now;
+  }
+  return same;
+}
+
+std::optional<std::int64_t> AxisPlaces::ValueOf(ByteSpan data, const Place& place) {
+  if (std::uint64_t{place.bit} + place.bits > std::uint64_t{data.size()} * 8) return std::nullopt;
+  const std::uint64_t raw = model::ExtractBits(data, place.bit, place.bits);
+  return IsSigned(place.role) ? SignExtend(raw, place.bits) : static_cast<std::int64_t>(raw);
+}
+
+}  // namespace ecaudit::progress

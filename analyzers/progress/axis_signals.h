@@ -1,0 +1,102 @@
+/// in: process data of a slave.  out: the values of CiA 402 that matter for one axis, whatever the drive.
+///
+/// Source: CIA402, object dictionary; ETG.6010 (further axes 800h apart).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "analyzers/model/process_image.h"
+
+namespace ecaudit::progress {
+
+/// What an object means for its axis.
+enum class Role : std::uint8_t {
+  kControl,         ///< 6040h
+  kMode,            ///< 6060h
+  kTargetPosition,  ///< 607Ah, 60C1h:1
+  kTargetVelocity,  ///< 60FFh, 6042h
+  kTargetTorque,    ///< 6071h
+  kStatus,          ///< 6041h
+  kModeShown,       ///< 6061h
+  kPosition,        ///< 6064h
+  kVelocity,        ///< 606Ch, 6044h
+  kTorque,          ///< 6077h
+  kErrorCode,       ///< 603Fh
+  // Limits in the outputs: where they are 0 the axis cannot move.
+  kMaxTorque,       ///< 6072h
+  kPositiveTorque,  ///< 60E0h
+  kNegativeTorque,  ///< 60E1h
+  kMaxVelocity,     ///< 607Fh
+  kMaxMotorSpeed,   ///< 6080h
+  kProfileSpeed,    ///< 6081h, of profile position
+  kAcceleration,    ///< 6083h, of profile modes
+};
+inline constexpr std::size_t kRoles = 18;
+inline constexpr std::array kLimitRoles{Role::kMaxTorque,   Role::kPositiveTorque, Role::kNegativeTorque,
+                                        Role::kMaxVelocity, Role::kMaxMotorSpeed,  Role::kProfileSpeed,
+                                        Role::kAcceleration};
+
+/// The object of the first axis that has this role.
+[[nodiscard]] std::uint16_t ObjectOf(Role role);
+
+/// Values of one axis in one direction of one frame; unset: not mapped there.
+struct AxisValues {
+  std::array<std::optional<std::int64_t>, kRoles> values;
+
+  [[nodiscard]] const std::optional<std::int64_t>& operator[](Role role) const {
+    return values[static_cast<std::size_t>(role)];
+  }
+  [[nodiscard]] std::optional<std::int64_t>& operator[](Role role) { return values[static_cast<std::size_t>(role)]; }
+};
+
+/// Which axis (0 to 7) an object belongs to, and what it is called in the first one; nothing for objects of the device.
+[[nodiscard]] std::optional<std::pair<std::uint8_t, std::uint16_t>> AxisOf(std::uint16_t index);
+
+/// The role of an object, and the axis (0 to 7) whose it is; nothing for other objects.
+[[nodiscard]] std::optional<std::pair<std::uint8_t, Role>> RoleOf(std::uint16_t index, std::uint8_t subindex);
+
+/// Where the objects of the axes lie in one part of the process image.
+class AxisPlaces {
+ public:
+  explicit AxisPlaces(const model::ImagePart& part);
+
+  [[nodiscard]] std::uint64_t serial() const { return serial_; }
+  [[nodiscard]] bool empty() const { return places_.empty(); }
+  /// Takes the bits of all places into `bits`; returns whether they are the same as there before.
+  [[nodiscard]] bool Repeats(ByteSpan data, std::vector<std::uint64_t>& bits) const;
+  /// Calls `visit(axis)` for each axis with a place here.
+  template <class Visit>
+  void ForEachAxis(Visit visit) const {
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      if (i == 0 || places_[i].axis != places_[i - 1].axis) visit(places_[i].axis);
+    }
+  }
+  /// Calls `visit(axis, values)` for each axis with a place here; `data` as in model::ProcessCycle.
+  template <class Visit>
+  void Read(ByteSpan data, Visit visit) const {
+    for (std::size_t i = 0; i < places_.size();) {
+      const std::uint8_t axis = places_[i].axis;
+      AxisValues values;
+      for (; i < places_.size() && places_[i].axis == axis; ++i) values[places_[i].role] = ValueOf(data, places_[i]);
+      visit(axis, values);
+    }
+  }
+
+ private:
+  struct Place {
+    std::uint8_t axis = 0;
+    Role role = Role::kControl;
+    std::uint16_t bits = 0;
+    std::uint32_t bit = 0;
+  };
+  [[nodiscard]] static std::optional<std::int64_t> ValueOf(ByteSpan data, const Place& place);
+
+  std::uint64_t serial_ = 0;
+  std::vector<Place> places_;  ///< by axis
+};
+
+}  // namespace ecaudit::progress

@@ -1,0 +1,142 @@
+/// What is known of an axis at one moment, for the checks that look at it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "analyzers/progress/axis_records.h"
+#include "decoder/base/ids.h"
+#include "decoder/device/drive_profile.h"
+
+namespace ecaudit::progress {
+
+/// Whether the slave is in OP, where the drive acts on its control word.
+enum class InOp : std::uint8_t { kUnknown, kNo, kYes };
+
+struct SoftwareLimits {
+  std::optional<std::int64_t> least, most;  ///< 607Dh:1, 607Dh:2
+};
+
+struct AxisView {
+  FrameRef frame;  ///< of the newest value
+
+  std::optional<std::uint16_t> control;  ///< as the master sent it last
+  std::uint16_t control_before = 0;      ///< the other value before it, where control_changed
+  bool control_changed = false;          ///< in this step, from a value that is known
+  bool control_first = false;            ///< in this step, and nothing was known before
+  FrameRef control_since;
+  bool control_mapped = false;
+
+  std::optional<std::uint16_t> status;
+  std::optional<device::DriveState> state, state_before;
+  bool state_changed = false;  ///< in this step; state_before is the last one that was known
+  FrameRef state_since;
+
+  std::optional<std::int8_t> mode_by_sdo;  ///< 6060h as a download wrote it last
+  std::optional<std::int8_t> mode_mapped;  ///< 6060h in the process data
+  std::optional<std::int8_t> mode_shown;   ///< 6061h
+  FrameRef mode_since;                     ///< of mode()
+  bool mode_seen_to_change = false;        ///< to mode(), in the capture
+
+  std::array<std::optional<std::int64_t>, 3> target, actual;  ///< by Quantity, position first
+  std::array<bool, 3> target_mapped{};
+  SoftwareLimits limits;
+  std::uint16_t zero_limit = 0;  ///< an object in the outputs that limits the motion and is 0; 0: none
+
+  InOp in_op = InOp::kUnknown;
+  bool op_requested = false;  ///< in this run
+  bool began = false;         ///< this run was seen from before OP on
+
+  [[nodiscard]] bool enabled() const { return state == device::DriveState::kOperationEnabled; }
+  [[nodiscard]] bool Control(unsigned bit) const { return control && (*control >> bit & 1U) != 0; }
+  [[nodiscard]] bool Status(unsigned bit) const { return status && (*status >> bit & 1U) != 0; }
+  [[nodiscard]] bool Rises(unsigned bit) const {
+    return control_changed && Control(bit) && (control_before >> bit & 1U) == 0;
+  }
+  /// The mode that the drive works in; nothing where neither 6061h nor 6060h says it.
+  [[nodiscard]] std::optional<std::int8_t> mode() const {
+    if (mode_shown) return mode_shown;
+    return mode_mapped ? mode_mapped : mode_by_sdo;
+  }
+  [[nodiscard]] const std::optional<std::int64_t>& Target(Quantity quantity) const {
+    return target[static_cast<std::size_t>(quantity) - 1];
+  }
+  [[nodiscard]] const std::optional<std::int64_t>& Actual(Quantity quantity) const {
+    return actual[static_cast<std::size_t>(quantity) - 1];
+  }
+  /// A record of this moment.
+  [[nodiscard]] AxisRecord Record(AxisFact fact, const FrameRef& since, TimeNs lasted = 0) const {
+    AxisRecord record;
+    record.fact = fact;
+    record.since = since;
+    record.frame = record.last = frame;
+    record.lasted = lasted;
+    record.control = control;
+    record.status = status;
+    record.state = state;
+    record.mode = mode();
+    return record;
+  }
+};
+
+// Bits of the control word.
+inline constexpr unsigned kEnableVoltageBit = 1;
+inline constexpr unsigned kQuickStopBit = 2;
+inline constexpr unsigned kEnableOperationBit = 3;
+inline constexpr unsigned kStartBit = 4;  ///< new set point, start homing
+inline constexpr unsigned kRelativeBit = 6;
+inline constexpr unsigned kResetBit = 7;
+inline constexpr unsigned kHaltBit = 8;
+// Bits of the status word.
+inline constexpr unsigned kVoltageBit = 4;
+inline constexpr unsigned kRemoteBit = 9;
+inline constexpr unsigned kReachedBit = 10;
+inline constexpr unsigned kLimitBit = 11;
+inline constexpr unsigned kAcknowledgeBit = 12;  ///< profile position
+inline constexpr unsigned kErrorBit = 13;        ///< following error, homing error
+
+inline constexpr std::uint16_t kEnableWord = 0x000F;
+
+inline constexpr std::int8_t kProfilePosition = 1;
+inline constexpr std::int8_t kVelocityMode = 2;
+inline constexpr std::int8_t kProfileVelocity = 3;
+inline constexpr std::int8_t kProfileTorque = 4;
+inline constexpr std::int8_t kHoming = 6;
+inline constexpr std::int8_t kInterpolated = 7;
+inline constexpr std::int8_t kCyclicPosition = 8;
+inline constexpr std::int8_t kCyclicVelocity = 9;
+inline constexpr std::int8_t kCyclicTorque = 10;
+
+[[nodiscard]] constexpr bool IsFault(std::optional<device::DriveState> state) {
+  return state == device::DriveState::kFault || state == device::DriveState::kFaultReactionActive;
+}
+
+/// How far a position of 32 bits went, also past its end.
+[[nodiscard]] constexpr std::int64_t Apart(std::int64_t from, std::int64_t to) {
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(to) - static_cast<std::uint32_t>(from));
+}
+[[nodiscard]] constexpr std::int64_t Magnitude(std::int64_t value) {
+  return value < 0 ? -value : value;
+}
+
+/// What the set point of a mode is; kNone: none (homing), or the mode is of the manufacturer.
+[[nodiscard]] constexpr Quantity QuantityOf(std::int8_t mode) {
+  switch (mode) {
+    case kProfilePosition:
+    case kInterpolated:
+    case kCyclicPosition:
+      return Quantity::kPosition;
+    case kVelocityMode:
+    case kProfileVelocity:
+    case kCyclicVelocity:
+      return Quantity::kVelocity;
+    case kProfileTorque:
+    case kCyclicTorque:
+      return Quantity::kTorque;
+    default:
+      return Quantity::kNone;
+  }
+}
+
+}  // namespace ecaudit::progress

@@ -1,0 +1,240 @@
+#include "analyzers/progress/axis_watch.h"
+
+namespace ecaudit::progress {
+namespace {
+
+using device::DriveState;
+
+constexpr std::array kTargets{Role::kTargetPosition, Role::kTargetVelocity, Role::kTargetTorque};
+constexpr std::array kActuals{Role::kPosition, Role::kVelocity, Role::kTorque};
+
+}  // namespace
+
+void AxisWatch::SetDrive(const device::DriveProfile* drive) {
+  if (drive_ == drive) return;
+  drive_ = drive;
+  reserved_control_mask_ = 0;
+  if (drive == nullptr) return;
+  const auto mask = [](const std::vector<device::WordBit>& bits) {
+    unsigned reserved = 0;
+    for (const device::WordBit& bit : bits) {
+      if (bit.name == "reserved") reserved |= 1U << bit.bit;
+    }
+    return static_cast<std::uint16_t>(reserved);
+  };
+  reserved_control_mask_ = mask(drive->control_bits);
+}
+
+void AxisWatch::NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16_t word, const FrameRef& frame) {
+  if (reserved.bits == 0 && (word & mask) != 0) reserved = {static_cast<std::uint16_t>(word & mask), word, frame};
+}
+
+void AxisWatch::Side(const SlaveSide& slave) {
+  if (now_.in_op != slave.in_op || now_.op_requested != slave.op_requested || now_.began != slave.began) {
+    words_changed_ = true;
+  }
+  now_.in_op = slave.in_op;
+  now_.op_requested = slave.op_requested;
+  now_.began = slave.began;
+}
+
+void AxisWatch::OnOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
+  // The last of cycles that were alike is told once more.
+  if (frame.number <= last_outputs_) return;
+  last_outputs_ = frame.number;
+  Side(slave);
+  if (values[Role::kControl]) {
+    now_.control_mapped = true;
+    TakeControl(*values[Role::kControl], frame);
+  }
+  TakeModes(values, frame);
+  for (std::size_t i = 0; i < kTargets.size(); ++i) {
+    if (!values[kTargets[i]]) continue;
+    outputs_changed_ = outputs_changed_ || now_.target[i] != values[kTargets[i]];
+    now_.target[i] = values[kTargets[i]];
+    now_.target_mapped[i] = true;
+  }
+  TakeLimits(values);
+  outputs_changed_ = outputs_changed_ || words_changed_;
+  if (now_.control_changed || now_.control_first || !status_mapped_) Step(frame);
+}
+
+void AxisWatch::TakeLimits(const AxisValues& values) {
+  const bool profile = now_.mode().value_or(kCyclicPosition) <= kProfileTorque;
+  for (const Role limit : kLimitRoles) {
+    if (!values[limit]) continue;
+    const bool of_profile = limit == Role::kProfileSpeed || limit == Role::kAcceleration;
+    const std::uint16_t object = ObjectOf(limit);
+    if (*values[limit] != 0 && now_.zero_limit == object) now_.zero_limit = 0;
+    if (*values[limit] == 0 && now_.zero_limit == 0 && (profile || !of_profile)) now_.zero_limit = object;
+  }
+}
+
+void AxisWatch::OnInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
+  if (frame.number <= last_inputs_) return;
+  last_inputs_ = frame.number;
+  Side(slave);
+  if (values[Role::kStatus]) {
+    status_mapped_ = true;
+    TakeStatus(*values[Role::kStatus], frame);
+  }
+  TakeModes(values, frame);
+  if (values[Role::kErrorCode]) error_code_ = static_cast<std::uint16_t>(*values[Role::kErrorCode]);
+  for (std::size_t i = 0; i < kActuals.size(); ++i) {
+    if (values[kActuals[i]]) now_.actual[i] = values[kActuals[i]];
+  }
+  Step(frame);
+}
+
+void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameRef& frame, const SlaveSide& slave) {
+  Side(slave);
+  switch (role) {
+    case Role::kControl:
+      if (!download) return;
+      if (now_.control_mapped) {
+        enable_.OnSdoControl(now_, static_cast<std::uint16_t>(value), frame);
+      } else {
+        TakeControl(value, frame);
+        Step(frame);
+      }
+      return;
+    case Role::kStatus:
+      if (download || status_mapped_) return;
+      TakeStatus(value, frame);
+      Step(frame);
+      return;
+    case Role::kMode:
+      if (!download) return;
+      now_.mode_by_sdo = static_cast<std::int8_t>(value);
+      words_changed_ = true;
+      return;
+    case Role::kModeShown:
+      FollowShown(value, download, frame);
+      return;
+    case Role::kTargetPosition:
+    case Role::kTargetVelocity:
+    case Role::kTargetTorque: {
+      const std::size_t i = static_cast<std::size_t>(role) - static_cast<std::size_t>(Role::kTargetPosition);
+      if (download && !now_.target_mapped[i]) now_.target[i] = value;
+      return;
+    }
+    default:
+      return;
+  }
+}
+
+/// What the drive says by SDO is what it has; process data that show another value for long are read at a wrong place.
+void AxisWatch::FollowShown(std::int64_t value, bool download, const FrameRef& frame) {
+  constexpr TimeNs kSettledNs = 100'000'000;
+  if (download || !now_.mode_shown || *now_.mode_shown == value) return;
+  const FrameRef& since = shown_since_;
+  if (!since.has_time || !frame.has_time || Elapsed(since.time, frame.time) < kSettledNs) return;
+  now_.frame = frame;
+  AxisRecord record = now_.Record(AxisFact::kModeShifted, since, Elapsed(since.time, frame.time));
+  record.a = value;
+  record.b = *now_.mode_shown;
+  records_.Add(record);
+}
+
+void AxisWatch::TakeControl(std::int64_t word, const FrameRef& frame) {
+  const auto value = static_cast<std::uint16_t>(word);
+  control_seen_ = true;
+  seen_in_op_ = seen_in_op_ || now_.in_op == InOp::kYes;
+  if (now_.in_op == InOp::kYes) NoteReserved(reserved_control_, reserved_control_mask_, value, frame);
+  if (!now_.control) {
+    now_.control_first = true;
+    now_.control_since = frame;
+    now_.control_before = value;
+  } else if (*now_.control != value) {
+    now_.control_changed = true;
+    now_.control_before = *now_.control;
+    now_.control_since = frame;
+  }
+  words_changed_ = words_changed_ || now_.control != value;
+  now_.control = value;
+}
+
+void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
+  status_seen_ = true;
+  words_changed_ = words_changed_ || now_.status != static_cast<std::uint16_t>(word);
+  now_.status = static_cast<std::uint16_t>(word);
+  seen_in_op_ = seen_in_op_ || now_.in_op == InOp::kYes;
+  if (drive_ == nullptr) return;
+  now_.state = drive_->StateOf(*now_.status);
+  if (!now_.state) return;
+  if (now_.state != last_state_) {
+    now_.state_changed = true;
+    now_.state_before = last_state_;
+    now_.state_since = frame;
+    const bool asked = now_.control && (*now_.control & kEnableWord) != kEnableWord;
+    if (last_state_ == DriveState::kOperationEnabled) lost_unasked_ = !asked;
+    last_state_ = now_.state;
+  }
+  if (IsFault(now_.state)) {
+    without_fault_.End(frame);
+  } else if (*now_.status != 0) {  // which may mean that no inputs were valid yet
+    without_fault_.Begin(frame);
+  }
+  if (now_.Status(kVoltageBit)) {
+    voltage_.Begin(frame);
+  } else {
+    voltage_.End(frame);
+  }
+  if (now_.enabled()) {
+    enabled_.Begin(frame);
+    lost_unasked_ = false;
+  } else {
+    enabled_.End(frame);
+  }
+}
+
+void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
+  const std::optional<std::int8_t> before = now_.mode();
+  words_changed_ = words_changed_ || (values[Role::kMode] && now_.mode_mapped != values[Role::kMode]) ||
+                   (values[Role::kModeShown] && now_.mode_shown != values[Role::kModeShown]);
+  if (values[Role::kMode]) now_.mode_mapped = static_cast<std::int8_t>(*values[Role::kMode]);
+  if (values[Role::kModeShown]) {
+    const auto shown = static_cast<std::int8_t>(*values[Role::kModeShown]);
+    if (now_.mode_shown != shown) shown_since_ = frame;
+    now_.mode_shown = shown;
+  }
+  if (now_.mode() != before) {
+    now_.mode_since = frame;
+    now_.mode_seen_to_change = before.has_value();
+  }
+  const auto asked = now_.mode_mapped.value_or(0) != 0 ? now_.mode_mapped : now_.mode_by_sdo;
+  const bool shown = now_.mode_shown && *now_.mode_shown != 0 && (!asked || asked == now_.mode_shown);
+  if (shown) {
+    mode_.Begin(frame);
+  } else if (now_.mode_shown) {
+    mode_.End(frame);
+  }
+}
+
+void AxisWatch::Step(const FrameRef& frame) {
+  now_.frame = frame;
+  if (drive_ != nullptr) {
+    if (words_changed_ || enable_.active()) enable_.Step(now_, records_);
+    if (words_changed_ || command_.active() || !command_.settled()) command_.Step(now_, records_);
+    setpoint_.Step(now_, records_);
+    follow_.Step(now_, records_);
+  }
+  now_.control_changed = now_.control_first = now_.state_changed = false;
+  words_changed_ = outputs_changed_ = false;
+}
+
+void AxisWatch::Forget() {
+  AxisView fresh;
+  fresh.control_mapped = now_.control_mapped;
+  fresh.limits = now_.limits;
+  fresh.target_mapped = now_.target_mapped;
+  now_ = fresh;
+  last_state_.reset();
+  words_changed_ = true;
+  enable_.Forget();
+  command_.Forget();
+  setpoint_.Forget();
+  follow_.Forget();
+}
+
+}  // namespace ecaudit::progress

@@ -1,0 +1,117 @@
+/// in: the values of one axis, by process data and SDO.  out: what was wanted of it, reached and not reached.
+#pragma once
+
+#include <cstdint>
+
+#include "analyzers/progress/axis_signals.h"
+#include "analyzers/progress/axis_view.h"
+#include "analyzers/progress/command_check.h"
+#include "analyzers/progress/enable_check.h"
+#include "analyzers/progress/follow_check.h"
+#include "analyzers/progress/setpoint_check.h"
+
+namespace ecaudit::progress {
+
+/// Since when something is so, and when it ended; frames not seen(): it is not, or did not.
+struct Span {
+  FrameRef since, lost;
+
+  void Begin(const FrameRef& frame) {
+    if (!holds()) since = frame;
+    lost = {};
+  }
+  void End(const FrameRef& frame) {
+    if (holds()) lost = frame;
+  }
+  [[nodiscard]] bool ever() const { return since.seen(); }
+  [[nodiscard]] bool holds() const { return since.seen() && !lost.seen(); }
+};
+
+/// What the AL side of the slave means for its drive.
+struct SlaveSide {
+  InOp in_op = InOp::kUnknown;
+  bool op_requested = false;
+  bool began = false;
+
+  friend bool operator==(const SlaveSide&, const SlaveSide&) = default;
+};
+
+class AxisWatch {
+ public:
+  void SetDrive(const device::DriveProfile* drive);
+
+  void OnOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave);
+  void OnInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave);
+  /// A completed transfer of an object with a role.
+  void OnSdo(Role role, std::int64_t value, bool download, const FrameRef& frame, const SlaveSide& slave);
+  void SetLimit(bool most, std::int64_t value) { (most ? now_.limits.most : now_.limits.least) = value; }
+  /// Frames are missing, or the bus starts anew: what lasts begins anew.
+  void Forget();
+
+  /// The same values again would change nothing.
+  [[nodiscard]] bool still() const {
+    return !outputs_changed_ && !words_changed_ && !enable_.active() && !command_.active() && !setpoint_.active() &&
+           !follow_.active();
+  }
+  [[nodiscard]] const AxisView& now() const { return now_; }
+  [[nodiscard]] const AxisRecords& records() const { return records_; }
+  [[nodiscard]] const EnableCheck& enable() const { return enable_; }
+  [[nodiscard]] const CommandCheck& command() const { return command_; }
+  [[nodiscard]] const FollowCheck& follow() const { return follow_; }
+  /// A control or status word was seen.
+  [[nodiscard]] bool seen() const { return control_seen_ || status_seen_; }
+  [[nodiscard]] bool control_seen() const { return control_seen_; }
+  [[nodiscard]] bool status_seen() const { return status_seen_; }
+
+  /// The first word in OP with bits that the family's list calls reserved; bits 0: there was none.
+  struct Reserved {
+    std::uint16_t bits = 0;
+    std::uint16_t word = 0;
+    FrameRef frame;
+  };
+  [[nodiscard]] const Reserved& reserved_control() const { return reserved_control_; }
+
+  /// A word was seen while the slave certainly was in OP.
+  [[nodiscard]] bool seen_in_op() const { return seen_in_op_; }
+
+  // Of the ladder.
+  [[nodiscard]] const Span& without_fault() const { return without_fault_; }
+  [[nodiscard]] const Span& voltage() const { return voltage_; }
+  [[nodiscard]] const Span& enabled() const { return enabled_; }
+  [[nodiscard]] const Span& mode() const { return mode_; }
+  [[nodiscard]] bool lost_unasked() const { return lost_unasked_; }
+  [[nodiscard]] std::optional<std::uint16_t> error_code() const { return error_code_; }
+
+ private:
+  void Side(const SlaveSide& slave);
+  void TakeLimits(const AxisValues& values);
+  void FollowShown(std::int64_t value, bool download, const FrameRef& frame);
+  void TakeControl(std::int64_t word, const FrameRef& frame);
+  void TakeStatus(std::int64_t word, const FrameRef& frame);
+  void TakeModes(const AxisValues& values, const FrameRef& frame);
+  void Step(const FrameRef& frame);
+
+  static void NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16_t word, const FrameRef& frame);
+
+  const device::DriveProfile* drive_ = nullptr;
+  std::uint16_t reserved_control_mask_ = 0;
+  Reserved reserved_control_;
+  AxisView now_;
+  bool seen_in_op_ = false;
+  bool control_seen_ = false, status_seen_ = false, status_mapped_ = false;
+  bool outputs_changed_ = false;  ///< since the last step
+  bool words_changed_ = true;     ///< control, status, mode, AL state: not only positions
+  FrameRef shown_since_;          ///< 6061h of the process data
+  FrameNo last_outputs_ = 0, last_inputs_ = 0;
+  std::optional<device::DriveState> last_state_;
+  std::optional<std::uint16_t> error_code_;
+  bool lost_unasked_ = false;
+  Span without_fault_, voltage_, enabled_, mode_;
+  EnableCheck enable_;
+  CommandCheck command_;
+  SetpointCheck setpoint_;
+  FollowCheck follow_;
+  AxisRecords records_;
+};
+
+}  // namespace ecaudit::progress

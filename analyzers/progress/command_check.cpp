@@ -1,0 +1,228 @@
+#include "analyzers/progress/command_check.h"
+
+namespace ecaudit::progress {
+namespace {
+
+constexpr std::uint16_t kRampBits = 0x0070;
+constexpr TimeNs kStartNs = 1'000'000'000;
+constexpr TimeNs kHomingNs = 2'000'000'000;
+constexpr TimeNs kAcknowledgeNs = 500'000'000;
+constexpr TimeNs kModeNs = 1'000'000'000;
+/// A set point that changes more often moves; less often it may be a value that is prepared.
+constexpr std::uint64_t kMoves = 20;
+
+bool NeedsStart(std::int8_t mode) {
+  return mode == kProfilePosition || mode == kHoming || mode == kInterpolated;
+}
+
+bool HasHalt(std::int8_t mode) {
+  return mode == kProfilePosition || mode == kProfileVelocity || mode == kProfileTorque || mode == kHoming;
+}
+
+constexpr std::array kQuantities{Quantity::kPosition, Quantity::kVelocity, Quantity::kTorque};
+
+/// The object of CiA 402 that holds the set point.
+std::int64_t ObjectOf(Quantity quantity) {
+  return quantity == Quantity::kPosition ? 0x607A : quantity == Quantity::kVelocity ? 0x60FF : 0x6071;
+}
+
+}  // namespace
+
+void CommandCheck::Forget() {
+  const CommandCheck before = *this;
+  *this = {};
+  commanded_ = before.commanded_;
+  wanted_ = before.wanted_;
+  without_setpoint_ = before.without_setpoint_;
+  all_starts_ = before.all_starts_;
+}
+
+bool CommandCheck::settled() const {
+  if (!enabled_ || !mode_ || !commanded_.seen() || NeedsStart(*mode_)) return false;
+  const Quantity quantity = QuantityOf(*mode_);
+  return quantity != Quantity::kNone && Of(quantity).changes >= kMoves;
+}
+
+void CommandCheck::BeginEnabled() {
+  for (Setpoint& setpoint : setpoints_) {
+    setpoint.changes = 0;
+    setpoint.changed = setpoint.first_changed = {};
+  }
+  starts_ = 0;
+  last_start_ = {};
+  waits_acknowledge_ = false;
+  start_missing_.Reset();
+  start_stands_.Reset();
+  halt_.Reset();
+  ramp_bits_.Reset();
+  no_mode_.Reset();
+  not_mapped_.Reset();
+}
+
+void CommandCheck::FollowSetpoints(const AxisView& now) {
+  for (const Quantity quantity : kQuantities) {
+    Setpoint& setpoint = setpoints_[static_cast<std::size_t>(quantity) - 1];
+    const std::optional<std::int64_t>& value = now.Target(quantity);
+    if (!value) continue;
+    const bool changed = setpoint.last && *setpoint.last != *value;
+    setpoint.last = value;
+    if (!changed || !enabled_) continue;
+    ++setpoint.changes;
+    setpoint.changed = now.frame;
+    if (!setpoint.first_changed.seen()) setpoint.first_changed = now.frame;
+  }
+}
+
+void CommandCheck::Step(const AxisView& now, AxisRecords& out) {
+  const bool enabled = now.enabled() && now.in_op != InOp::kNo;
+  const std::optional<std::int8_t> mode = now.mode();
+  if (enabled != enabled_ || mode != mode_) {
+    if (enabled && !enabled_) {
+      enabling_seen_ = now.state_changed && now.state_before.has_value();
+      never_without_halt_ = true;
+    }
+    enabled_ = enabled;
+    mode_ = mode;
+    BeginEnabled();
+  }
+  FollowSetpoints(now);
+  Mode(now, out);
+  if (!enabled_ || !mode_) return;
+  if (!now.Control(kHaltBit)) never_without_halt_ = false;
+  const Quantity quantity = QuantityOf(*mode_);
+  if (NeedsStart(*mode_)) Start(now, *mode_, out);
+  const bool moves = quantity != Quantity::kNone && Of(quantity).changes > 0;
+  if (moves || starts_ > 0) wanted_ = true;
+  const bool started =
+      NeedsStart(*mode_) ? starts_ > 0 || (*mode_ == kInterpolated && moves && now.Control(kStartBit)) : moves;
+  if (started && !(HasHalt(*mode_) && now.Control(kHaltBit)) && !commanded_.seen()) commanded_ = now.frame;
+  if (*mode_ == kVelocityMode) RampBits(now, out);
+  if (HasHalt(*mode_)) Halt(now, *mode_, out);
+  if (quantity != Quantity::kNone && !now.Target(quantity)) without_setpoint_ = true;
+}
+
+void CommandCheck::Start(const AxisView& now, std::int8_t mode, AxisRecords& out) {
+  // The word that enables may start as well.
+  if (now.Rises(kStartBit) || (now.state_changed && now.Control(kStartBit) && enabling_seen_ && starts_ == 0 &&
+                               now.control_since.number > 0 && (now.control_before >> kStartBit & 1U) == 0)) {
+    ++starts_;
+    ++all_starts_;
+    last_start_ = now.frame;
+    waits_acknowledge_ = mode == kProfilePosition;
+    acknowledged_before_ = now.Status(kAcknowledgeBit);
+  }
+  const bool homing = mode == kHoming;
+  const Setpoint& position = Of(Quantity::kPosition);
+  const bool moves = mode == kInterpolated ? position.changes >= kMoves : position.changes > 0;
+  const bool wants = homing ? now.mode_seen_to_change || enabling_seen_ : moves && enabling_seen_;
+  const TimeNs limit = homing ? kHomingNs : kStartNs;
+
+  const bool missing = wants && starts_ == 0 && all_starts_ == 0 && !now.Control(kStartBit);
+  if (const TimeNs held = start_missing_.Hold(missing, now.frame);
+      out.IsDue(AxisFact::kStartMissing, start_missing_, held, limit, now.frame)) {
+    wanted_ = true;
+    AxisRecord record = now.Record(AxisFact::kStartMissing, start_missing_.since(), held);
+    record.a = mode;
+    out.Add(record);
+  }
+  // Interpolation goes on as long as the bit is set. A set point that came after the edge needs another one.
+  const bool behind = position.changed.number > last_start_.number;
+  const bool stands = mode != kInterpolated && now.Control(kStartBit) && enabling_seen_ &&
+                      (homing ? starts_ == 0 && now.mode_seen_to_change : moves && behind);
+  if (const TimeNs held = start_stands_.Hold(stands, now.frame);
+      out.IsDue(AxisFact::kStartStands, start_stands_, held, limit, now.frame)) {
+    wanted_ = true;
+    AxisRecord record = now.Record(AxisFact::kStartStands, start_stands_.since(), held);
+    record.a = mode;
+    out.Add(record);
+  }
+  if (mode == kProfilePosition) Handshake(now, out);
+}
+
+/// Bit 12 answers each edge of bit 4.
+void CommandCheck::Handshake(const AxisView& now, AxisRecords& out) {
+  if (now.Status(kAcknowledgeBit) && !acknowledged_before_) waits_acknowledge_ = false;
+  if (!now.Status(kAcknowledgeBit)) acknowledged_before_ = false;
+  const bool waits = waits_acknowledge_ && !now.Status(kAcknowledgeBit);
+  if (const TimeNs held = unacknowledged_.Hold(waits, now.frame);
+      out.IsDue(AxisFact::kNotAcknowledged, unacknowledged_, held, kAcknowledgeNs, now.frame)) {
+    out.Add(now.Record(AxisFact::kNotAcknowledged, last_start_, held));
+  }
+}
+
+/// Bits 4 to 6 of the velocity mode let the ramp run, unlock it and use the reference.
+void CommandCheck::RampBits(const AxisView& now, AxisRecords& out) {
+  const auto& target = now.Target(Quantity::kVelocity);
+  const bool stands = target.value_or(0) != 0 && now.Actual(Quantity::kVelocity) == 0;
+  const bool missing = stands && now.control && (*now.control & kRampBits) != kRampBits;
+  if (const TimeNs held = ramp_bits_.Hold(missing, now.frame);
+      out.IsDue(AxisFact::kRampBits, ramp_bits_, held, kStartNs, now.frame)) {
+    wanted_ = true;
+    AxisRecord record = now.Record(AxisFact::kRampBits, ramp_bits_.since(), held);
+    record.a = *target;
+    out.Add(record);
+  }
+}
+
+/// A halt that was taken away before is used: a hold of the motion is wanted then.
+void CommandCheck::Halt(const AxisView& now, std::int8_t mode, AxisRecords& out) {
+  const Quantity quantity = QuantityOf(mode);
+  const bool wants = starts_ > 0 || (quantity != Quantity::kNone && Of(quantity).changes > 0);
+  const bool stands = now.Control(kHaltBit) && never_without_halt_ && enabling_seen_ && wants;
+  if (const TimeNs held = halt_.Hold(stands, now.frame);
+      out.IsDue(AxisFact::kHaltStands, halt_, held, kStartNs, now.frame)) {
+    wanted_ = true;
+    AxisRecord record = now.Record(AxisFact::kHaltStands, halt_.since(), held);
+    record.a = mode;
+    out.Add(record);
+  }
+}
+
+void CommandCheck::Mode(const AxisView& now, AxisRecords& out) {
+  const bool overwritten = now.in_op == InOp::kYes && now.mode_mapped == 0 && now.mode_by_sdo.value_or(0) != 0 &&
+                           now.mode_shown.value_or(0) != *now.mode_by_sdo;
+  if (const TimeNs held = overwritten_.Hold(overwritten, now.frame);
+      out.IsDue(AxisFact::kOverwrittenMode, overwritten_, held, kModeNs, now.frame)) {
+    AxisRecord record = now.Record(AxisFact::kOverwrittenMode, overwritten_.since(), held);
+    record.a = *now.mode_by_sdo;
+    record.b = *now.mode_mapped;
+    record.c = now.mode_shown.value_or(0);
+    record.inferred = !now.mode_shown;
+    out.Add(record);
+  }
+  Quantity moving = Quantity::kNone;
+  for (const Quantity quantity : kQuantities) {
+    if (Of(quantity).changes >= kMoves) moving = quantity;
+  }
+  const bool known = enabled_ && now.in_op == InOp::kYes && moving != Quantity::kNone;
+  const bool unselected =
+      known && now.mode_shown == 0 && now.mode_by_sdo.value_or(0) == 0 && now.mode_mapped.value_or(0) == 0 && now.began;
+  if (const TimeNs held = no_mode_.Hold(unselected, now.frame);
+      out.IsDue(AxisFact::kNoMode, no_mode_, held, kModeNs, now.frame, moving)) {
+    wanted_ = true;
+    AxisRecord record = now.Record(AxisFact::kNoMode, no_mode_.since(), held);
+    record.quantity = moving;
+    record.c = ObjectOf(moving);
+    out.Add(record);
+  }
+  const Quantity needed = mode_ ? QuantityOf(*mode_) : Quantity::kNone;
+  // A target velocity beside a position that stays is meant for a velocity mode; echoes of actual values are not meant.
+  const auto asked = now.mode_mapped.value_or(0) != 0 ? now.mode_mapped : now.mode_by_sdo;
+  const bool mode_taken = asked.value_or(0) == 0 || asked == mode_;  // else drive-mode-not-shown says it
+  const bool unused = mode_taken && mode_ == kCyclicPosition && moving == Quantity::kVelocity &&
+                      Of(Quantity::kPosition).changes == 0 && now.Target(moving).value_or(0) != 0;
+  const bool elsewhere = known && needed != Quantity::kNone && needed != moving && (!now.Target(needed) || unused);
+  if (const TimeNs held = not_mapped_.Hold(elsewhere, now.frame);
+      out.IsDue(AxisFact::kSetpointNotMapped, not_mapped_, held, kModeNs, now.frame, needed)) {
+    wanted_ = true;
+    AxisRecord record = now.Record(AxisFact::kSetpointNotMapped, not_mapped_.since(), held);
+    record.quantity = needed;
+    record.a = *mode_;
+    record.b = ObjectOf(needed);
+    record.c = ObjectOf(moving);
+    record.constant = now.Target(needed).has_value();
+    out.Add(record);
+  }
+}
+
+}  // namespace ecaudit::progress

@@ -1,0 +1,231 @@
+#include "analyzers/progress/enable_check.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace ecaudit::progress {
+namespace {
+
+using device::DriveState;
+
+constexpr std::uint16_t kNeeded = 0x0007;  ///< besides bit 3
+
+// CiA 402 gives no times. What no drive can follow needs a few cycles; what a drive may be slow in, a second.
+constexpr TimeNs kImpossibleNs = 200'000'000;
+constexpr TimeNs kEdgeNs = 500'000'000;
+constexpr TimeNs kSlowNs = 1'000'000'000;
+// Drives need some milliseconds for each state; brakes and converters take longer.
+constexpr TimeNs kHastyNs = 50'000'000;
+constexpr std::uint32_t kAttempts = 10;
+
+bool IsWhole(std::uint16_t word) {
+  return (word & kEnableWord) == kEnableWord;
+}
+
+}  // namespace
+
+void EnableCheck::Forget() {
+  const FrameRef enabled = enabled_since_;
+  const bool wanted = wanted_;
+  *this = {};
+  enabled_since_ = enabled;
+  wanted_ = wanted;
+}
+
+void EnableCheck::FollowWish(const AxisView& now) {
+  if (now.control_first) {
+    wish_ = !now.Control(kEnableOperationBit) ? Wish::kNone : now.began ? Wish::kShown : Wish::kStands;
+  } else if (now.control_changed) {
+    if (!now.Control(kEnableOperationBit)) {
+      wish_ = Wish::kNone;
+    } else if (now.Rises(kEnableOperationBit)) {
+      wish_ = now.enabled() ? Wish::kStands : Wish::kShown;
+    } else if (IsWhole(now.control_before) && !IsWhole(*now.control)) {
+      wish_ = Wish::kNone;  // a quick stop, or the way down
+    } else if (IsWhole(*now.control)) {
+      wish_ = Wish::kShown;
+    }
+  }
+}
+
+void EnableCheck::Step(const AxisView& now, AxisRecords& out) {
+  FollowWish(now);
+  if (now.state_changed && now.enabled()) enabled_since_ = now.frame;
+  if (now.Status(kVoltageBit)) had_voltage_ = true;
+  if (now.state_changed) {
+    if (IsFault(now.state) && !IsFault(now.state_before)) {
+      fault_began_ = now.state_before.has_value();
+      resets_ = 0;
+      last_reset_ = {};
+    }
+    if (now.enabled()) {
+      asked_before_ = 0;
+      if (wish_ == Wish::kShown) wish_ = Wish::kStands;  // it came true
+    }
+  }
+  if ((wish_ == Wish::kShown && !now.enabled()) || (now.Rises(kResetBit) && IsFault(now.state))) wanted_ = true;
+  FollowSdo(now, out);
+  Attempts(now, out);
+  Drops(now, out);
+  InFault(now, out);
+  OnTheWay(now, out);
+}
+
+/// A master that does not wait for the drive goes through its sequence again and again.
+void EnableCheck::Attempts(const AxisView& now, AxisRecords& out) {
+  if (now.enabled() || IsFault(now.state) || now.in_op == InOp::kNo || !now.control) {
+    attempts_ = 0;
+    return;
+  }
+  const bool rises = now.Rises(kEnableOperationBit);
+  const bool falls = now.control_changed && !now.Control(kEnableOperationBit) && attempt_.seen();
+  if (falls && now.frame.has_time && attempt_.has_time) {
+    longest_ = std::max(longest_, Elapsed(attempt_.time, now.frame.time));
+    attempt_ = {};
+  }
+  if (!rises) return;
+  if (attempts_++ == 0) {
+    first_attempt_ = now.frame;
+    longest_ = 0;
+    hasty_ = false;
+  }
+  attempt_ = now.frame;
+  if (attempts_ < kAttempts || longest_ >= kHastyNs || !first_attempt_.has_time || !now.frame.has_time) return;
+  const TimeNs lasted = Elapsed(first_attempt_.time, now.frame.time);
+  if (lasted < kEdgeNs) return;
+  if (std::exchange(hasty_, true)) return out.Extend(AxisFact::kHasty, Quantity::kNone, now.frame);
+  AxisRecord record = now.Record(AxisFact::kHasty, first_attempt_, lasted);
+  record.a = attempts_;
+  record.b = longest_;
+  out.Add(record);
+}
+
+/// A drive that accepts Shutdown or Switch on and leaves that state at once: something that it needs is not there.
+void EnableCheck::Drops(const AxisView& now, AxisRecords& out) {
+  if (now.enabled() || now.in_op == InOp::kNo) {
+    drops_ = 0;
+    return;
+  }
+  const bool was_on_the_way =
+      now.state_before == DriveState::kReadyToSwitchOn || now.state_before == DriveState::kSwitchedOn;
+  const bool by_itself = now.Control(kEnableVoltageBit) && now.Control(kQuickStopBit);
+  if (!now.state_changed || now.state != DriveState::kSwitchOnDisabled || !was_on_the_way || !by_itself) return;
+  if (drops_++ == 0) first_drop_ = now.frame;
+  if (drops_ < kDrops) return;
+  wanted_ = true;
+  if (drops_ > kDrops) return out.Extend(AxisFact::kDropsBack, Quantity::kNone, now.frame);
+  const bool timed = first_drop_.has_time && now.frame.has_time;
+  AxisRecord record =
+      now.Record(AxisFact::kDropsBack, first_drop_, timed ? Elapsed(first_drop_.time, now.frame.time) : 0);
+  record.a = drops_;
+  out.Add(record);
+}
+
+void EnableCheck::InFault(const AxisView& now, AxisRecords& out) {
+  const bool fault = now.state == DriveState::kFault && now.in_op != InOp::kNo;
+  if (fault && now.Rises(kResetBit)) {
+    ++resets_;
+    last_reset_ = now.frame;
+  }
+  if (const TimeNs held = reset_stands_.Hold(fault && resets_ == 0 && now.Control(kResetBit), now.frame);
+      out.IsDue(AxisFact::kResetStands, reset_stands_, held, kEdgeNs, now.frame)) {
+    wanted_ = true;
+    AxisRecord record = now.Record(AxisFact::kResetStands, reset_stands_.since(), held);
+    record.inferred = !fault_began_ && !now.began;
+    out.Add(record);
+  }
+  const bool asks = wish_ == Wish::kShown && fault && resets_ == 0 && !now.Control(kResetBit);
+  if (const TimeNs held = reset_missing_.Hold(asks, now.frame);
+      out.IsDue(AxisFact::kResetMissing, reset_missing_, held, kSlowNs, now.frame)) {
+    out.Add(now.Record(AxisFact::kResetMissing, reset_missing_.since(), held));
+  }
+  if (const TimeNs held = fault_stays_.Hold(fault && resets_ > 0, now.frame);
+      out.IsDue(AxisFact::kFaultStays, fault_stays_, held, kSlowNs, now.frame)) {
+    AxisRecord record = now.Record(AxisFact::kFaultStays, fault_stays_.since(), held);
+    record.a = resets_;
+    out.Add(record);
+  }
+}
+
+void EnableCheck::OnTheWay(const AxisView& now, AxisRecords& out) {
+  const bool acts = now.in_op != InOp::kNo;
+  const bool known = now.state.has_value() && !now.enabled() && !IsFault(now.state);
+  const std::uint16_t control = now.control.value_or(0);
+  const bool shown = wish_ == Wish::kShown;
+
+  const std::uint16_t missing = static_cast<std::uint16_t>(~control) & kNeeded;
+  if (const TimeNs held =
+          bit_missing_.Hold(acts && known && shown && missing != 0 && !now.Control(kResetBit), now.frame);
+      out.IsDue(AxisFact::kControlBitMissing, bit_missing_, held, kImpossibleNs, now.frame)) {
+    AxisRecord record = now.Record(AxisFact::kControlBitMissing, bit_missing_.since(), held);
+    record.a = missing;
+    out.Add(record);
+  }
+
+  const bool whole = now.control && IsWhole(control) && !now.Control(kResetBit);
+  const bool disabled = now.state == DriveState::kSwitchOnDisabled;
+  const bool lost_voltage = had_voltage_ && now.status && !now.Status(kVoltageBit);
+  const AxisFact no_shutdown = lost_voltage ? AxisFact::kNoVoltage : AxisFact::kShutdownMissing;
+  if (const TimeNs held = shutdown_missing_.Hold(acts && whole && disabled && (shown || !ever_enabled()), now.frame);
+      out.IsDue(no_shutdown, shutdown_missing_, held, kEdgeNs, now.frame)) {
+    wanted_ = true;
+    out.Add(now.Record(no_shutdown, shutdown_missing_.since(), held));
+  }
+
+  const bool ready = now.state == DriveState::kReadyToSwitchOn || now.state == DriveState::kSwitchedOn;
+  const bool asked = acts && whole && ready;
+  const AxisFact no_way = !now.Status(kVoltageBit)  ? AxisFact::kNoVoltage
+                          : !now.Status(kRemoteBit) ? AxisFact::kLocalControl
+                                                    : AxisFact::kNoReaction;
+  if (!asked && asked_.since().seen() && known && asked_.since().has_time && now.frame.has_time) {
+    asked_before_ += Elapsed(asked_.since().time, now.frame.time);
+  }
+  if (const TimeNs held = asked_.Hold(asked, now.frame);
+      held > 0 && out.IsDue(no_way, asked_, held + asked_before_, kSlowNs, now.frame)) {
+    wanted_ = true;
+    asked_before_ = 0;
+    out.Add(now.Record(no_way, asked_.since(), held));
+  }
+
+  if (const TimeNs held =
+          quick_stop_.Hold(acts && whole && shown && now.state == DriveState::kQuickStopActive, now.frame);
+      out.IsDue(AxisFact::kQuickStopStays, quick_stop_, held, kSlowNs, now.frame)) {
+    out.Add(now.Record(AxisFact::kQuickStopStays, quick_stop_.since(), held));
+  }
+  if (const TimeNs held = not_ready_.Hold(acts && shown && now.state == DriveState::kNotReadyToSwitchOn, now.frame);
+      out.IsDue(AxisFact::kNotReady, not_ready_, held, kSlowNs, now.frame)) {
+    out.Add(now.Record(AxisFact::kNotReady, not_ready_.since(), held));
+  }
+  if (const TimeNs held = not_in_op_.Hold(
+          now.in_op == InOp::kNo && now.began && !now.op_requested && wish_ == Wish::kShown && !now.enabled(),
+          now.frame);
+      out.IsDue(AxisFact::kNotInOp, not_in_op_, held, kSlowNs, now.frame)) {
+    out.Add(now.Record(AxisFact::kNotInOp, not_in_op_.since(), held));
+  }
+}
+
+void EnableCheck::OnSdoControl(const AxisView& now, std::uint16_t word, const FrameRef& frame) {
+  by_sdo_.reset();
+  const bool asks = (word & (1U << kEnableOperationBit | 1U << kResetBit | 1U)) != 0;
+  if (asks && now.control_mapped && now.control && *now.control != word && !now.enabled()) by_sdo_ = {word, frame};
+}
+
+void EnableCheck::FollowSdo(const AxisView& now, AxisRecords& out) {
+  if (!by_sdo_) return;
+  // The process data ask for the same by now, or the drive did what the download said.
+  if (now.enabled() || now.control == by_sdo_->word || (IsFault(now.state_before) && !IsFault(now.state))) {
+    by_sdo_.reset();
+    return;
+  }
+  if (!now.frame.has_time || !by_sdo_->frame.has_time || now.in_op != InOp::kYes) return;
+  const TimeNs held = Elapsed(by_sdo_->frame.time, now.frame.time);
+  if (held < kEdgeNs || now.Control(kEnableOperationBit)) return;
+  wanted_ = true;
+  AxisRecord record = now.Record(AxisFact::kOverwrittenControl, by_sdo_->frame, held);
+  record.a = by_sdo_->word;
+  record.b = now.control.value_or(0);
+  out.Add(record);
+  by_sdo_.reset();
+}
+
+}  // namespace ecaudit::progress

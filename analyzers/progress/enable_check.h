@@ -1,0 +1,72 @@
+/// in: an axis, moment by moment.  out: what keeps it from Operation enabled although the master asks for it.
+///
+/// Asking is bit 3 of the control word: it rises while the drive is not enabled, or it is set when the slave comes to
+/// OP. A quick stop (bit 2 taken away from an enabled drive) is none, and neither is 0x0006.
+///
+/// Source: CIA402, state machine.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "analyzers/progress/axis_view.h"
+#include "analyzers/progress/lasting.h"
+
+namespace ecaudit::progress {
+
+class EnableCheck {
+ public:
+  void Step(const AxisView& now, AxisRecords& out);
+  /// 6040h was written by SDO and taken.
+  void OnSdoControl(const AxisView& now, std::uint16_t word, const FrameRef& frame);
+  void Forget();
+  /// Something is going on: the next moment matters also where nothing changes.
+  [[nodiscard]] bool active() const {
+    return by_sdo_ || reset_stands_.active() || reset_missing_.active() || fault_stays_.active() ||
+           bit_missing_.active() || shutdown_missing_.active() || asked_.active() || quick_stop_.active() ||
+           not_ready_.active() || not_in_op_.active();
+  }
+
+  /// The master asks for Operation enabled, by what the capture shows.
+  [[nodiscard]] bool wanted() const { return wanted_; }
+  [[nodiscard]] const FrameRef& enabled_since() const { return enabled_since_; }  ///< of the last time
+  [[nodiscard]] bool ever_enabled() const { return enabled_since_.seen(); }
+
+ private:
+  enum class Wish : std::uint8_t { kNone, kStands, kShown };
+
+  void FollowWish(const AxisView& now);
+  void Attempts(const AxisView& now, AxisRecords& out);
+  void Drops(const AxisView& now, AxisRecords& out);
+  void InFault(const AxisView& now, AxisRecords& out);
+  void OnTheWay(const AxisView& now, AxisRecords& out);
+  void FollowSdo(const AxisView& now, AxisRecords& out);
+
+  Wish wish_ = Wish::kNone;
+  bool wanted_ = false;
+  FrameRef enabled_since_;
+  bool had_voltage_ = false;
+  // In the fault at hand.
+  bool fault_began_ = false;  ///< in the capture
+  std::uint32_t resets_ = 0;
+  FrameRef last_reset_;
+  Lasting reset_stands_, reset_missing_, fault_stays_;
+  Lasting bit_missing_, shutdown_missing_, asked_, quick_stop_, not_ready_, not_in_op_;
+  // Times that bit 3 rose without success.
+  std::uint32_t attempts_ = 0;
+  FrameRef first_attempt_;
+  FrameRef attempt_;  ///< the one at hand
+  TimeNs longest_ = 0;
+  bool hasty_ = false;
+  static constexpr std::uint32_t kDrops = 3;
+  std::uint32_t drops_ = 0;
+  FrameRef first_drop_;
+  TimeNs asked_before_ = 0;  ///< in attempts that the master gave up
+  struct SdoWord {
+    std::uint16_t word = 0;
+    FrameRef frame;
+  };
+  std::optional<SdoWord> by_sdo_;
+};
+
+}  // namespace ecaudit::progress

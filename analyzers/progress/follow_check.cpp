@@ -1,0 +1,192 @@
+#include "analyzers/progress/follow_check.h"
+
+namespace ecaudit::progress {
+namespace {
+
+constexpr TimeNs kErrorNs = 20'000'000;
+constexpr TimeNs kStillNs = 500'000'000;
+/// Brakes release, and some methods wait for a signal.
+constexpr TimeNs kHomingStillNs = 3'000'000'000;
+constexpr std::int64_t kLeastOfHoming = 50;
+constexpr TimeNs kRampNs = 1'000'000'000;
+/// Below, an axis need not move: friction, and units that are smaller than what it can resolve.
+constexpr std::int64_t kLeastTravel = 500;
+constexpr std::int64_t kShare = 20;
+
+bool HasFollowingError(std::int8_t mode) {
+  return mode == kProfilePosition || mode == kCyclicPosition || mode == kCyclicVelocity;
+}
+
+}  // namespace
+
+void FollowCheck::Forget() {
+  const FrameRef follows = follows_;
+  *this = {};
+  follows_ = follows;
+}
+
+void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
+  const bool enabled = now.enabled() && now.in_op != InOp::kNo;
+  if (enabled != enabled_ || now.mode() != mode_) {
+    restart_ = true;
+    still_.Reset();
+    wrong_way_.Reset();
+    slow_.Reset();
+    started_ = false;
+  }
+  enabled_ = enabled;
+  mode_ = now.mode();
+  if (!enabled_ || !mode_) {
+    error_.Reset();
+    return;
+  }
+  Bits(now, out);
+  switch (*mode_) {
+    case kCyclicPosition:
+    case kInterpolated:
+      Position(now, out);
+      return;
+    case kProfilePosition:
+      Profile(now, out);
+      return;
+    case kCyclicVelocity:
+    case kProfileVelocity:
+    case kVelocityMode:
+      Velocity(now, out);
+      return;
+    case kHoming:
+      Homing(now, out);
+      return;
+    default:
+      return;
+  }
+}
+
+/// The drive searches its reference by itself once bit 4 has risen.
+void FollowCheck::Homing(const AxisView& now, AxisRecords& out) {
+  const auto& actual = now.Actual(Quantity::kPosition);
+  if (!actual) return;
+  if (now.Rises(kStartBit)) {
+    begin_.actual = *actual;
+    started_ = true;
+    still_.Reset();
+  }
+  if (Magnitude(Apart(begin_.actual, *actual)) > kLeastOfHoming || now.Status(kAcknowledgeBit)) started_ = false;
+  const bool still = started_ && now.Control(kStartBit) && !now.Control(kHaltBit) && !now.Status(kErrorBit);
+  if (const TimeNs held = still_.Hold(still, now.frame);
+      out.IsDue(AxisFact::kHomingStands, still_, held, kHomingStillNs, now.frame)) {
+    out.Add(now.Record(AxisFact::kHomingStands, still_.since(), held));
+  }
+}
+
+void FollowCheck::Bits(const AxisView& now, AxisRecords& out) {
+  const bool homing = *mode_ == kHoming;
+  const AxisFact fact = homing ? AxisFact::kHomingError : AxisFact::kFollowingError;
+  const bool error = (homing || HasFollowingError(*mode_)) && now.Status(kErrorBit);
+  if (const TimeNs held = error_.Hold(error, now.frame); out.IsDue(fact, error_, held, kErrorNs, now.frame)) {
+    AxisRecord record = now.Record(fact, error_.since(), held);
+    if (now.Target(Quantity::kPosition)) record.a = *now.Target(Quantity::kPosition);
+    if (now.Actual(Quantity::kPosition)) record.b = *now.Actual(Quantity::kPosition);
+    out.Add(record);
+  }
+}
+
+void FollowCheck::Position(const AxisView& now, AxisRecords& out) {
+  const auto& target = now.Target(Quantity::kPosition);
+  const auto& actual = now.Actual(Quantity::kPosition);
+  if (!target || !actual) return;
+  if (restart_) {
+    restart_ = false;
+    together_ = slow_from_ = begin_ = {*target, *actual};
+  }
+  const Way way = WayFrom(together_, *target, *actual);
+  const bool far = Magnitude(way.target) >= kLeastTravel;
+  const bool still = far && Magnitude(way.actual) * kShare < Magnitude(way.target);
+  const bool wrong =
+      far && way.actual != 0 && !way.SameDirection() && Magnitude(way.actual) * 2 > Magnitude(way.target);
+  Tell(AxisFact::kStandsStill, still_, still, kStillNs, way, now, out);
+  Tell(AxisFact::kWrongWay, wrong_way_, wrong, kStillNs, way, now, out);
+  const bool moves = Magnitude(way.actual) * kShare >= Magnitude(way.target);
+  if (moves && (way.target == 0 || way.SameDirection())) together_ = {*target, *actual};
+
+  const Way slow = WayFrom(slow_from_, *target, *actual);
+  const bool half = Magnitude(slow.actual) * 2 >= Magnitude(slow.target);
+  const bool behind = Magnitude(slow.target) >= kLeastTravel && !half && !still && !wrong && slow.SameDirection();
+  Tell(AxisFact::kLags, slow_, behind, kStillNs, slow, now, out);
+  if (half || still || wrong) slow_from_ = {*target, *actual};
+
+  if (follows_.seen()) return;
+  const Way all = WayFrom(begin_, *target, *actual);
+  if (Magnitude(all.target) >= 20 && all.SameDirection() && Magnitude(all.actual) * 2 > Magnitude(all.target)) {
+    follows_ = now.frame;
+  }
+}
+
+/// The drive makes the way, and takes the target by the edge of bit 4.
+void FollowCheck::Profile(const AxisView& now, AxisRecords& out) {
+  const auto& target = now.Target(Quantity::kPosition);
+  const auto& actual = now.Actual(Quantity::kPosition);
+  if (!target || !actual) return;
+  if (now.Rises(kStartBit)) {
+    const bool relative = now.Control(kRelativeBit);
+    begin_ = {relative ? 0 : *actual, *actual};
+    goal_ = *target;
+    started_ = true;
+    still_.Reset();
+  }
+  if (!started_) return;
+  const Way way = WayFrom(begin_, goal_, *actual);
+  const bool halted = now.Control(kHaltBit) || now.Status(kReachedBit);
+  const bool still = Magnitude(way.target) >= kLeastTravel && Magnitude(way.actual) * kShare < Magnitude(way.target);
+  Tell(AxisFact::kStandsStill, still_, still && !halted, kRampNs, way, now, out);
+  if (!follows_.seen() && way.target != 0 && way.SameDirection() && Magnitude(way.actual) * 2 > Magnitude(way.target)) {
+    follows_ = now.frame;
+  }
+}
+
+void FollowCheck::Tell(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
+                       AxisRecords& out) {
+  const TimeNs held = lasting.Hold(holds, now.frame);
+  if (!out.IsDue(fact, lasting, held, limit, now.frame, Quantity::kPosition)) return;
+  const bool stopped = now.zero_limit != 0 && fact == AxisFact::kStandsStill;
+  AxisRecord record = now.Record(stopped ? AxisFact::kZeroLimit : fact, lasting.since(), held);
+  record.quantity = Quantity::kPosition;
+  record.c = now.zero_limit;
+  record.a = way.target;
+  record.b = way.actual;
+  record.limited = now.Status(kLimitBit);
+  out.Add(record);
+}
+
+void FollowCheck::Velocity(const AxisView& now, AxisRecords& out) {
+  const auto& target = now.Target(Quantity::kVelocity);
+  const auto& actual = now.Actual(Quantity::kVelocity);
+  if (!target || !actual) return;
+  const bool halted = *mode_ != kCyclicVelocity && now.Control(kHaltBit);
+  const bool asked = Magnitude(*target) >= 10 && !halted;
+  const bool slow = asked && Magnitude(*actual) * kShare < Magnitude(*target);
+  if (asked && !slow && (*actual > 0) == (*target > 0) && !follows_.seen()) follows_ = now.frame;
+  if (const TimeNs held = slow_.Hold(slow, now.frame);
+      out.IsDue(AxisFact::kStandsStill, slow_, held, kRampNs, now.frame, Quantity::kVelocity)) {
+    const bool stopped = now.zero_limit != 0;
+    AxisRecord record = now.Record(stopped ? AxisFact::kZeroLimit : AxisFact::kStandsStill, slow_.since(), held);
+    record.quantity = Quantity::kVelocity;
+    record.c = now.zero_limit;
+    record.a = *target;
+    record.b = *actual;
+    record.limited = now.Status(kLimitBit);
+    out.Add(record);
+  }
+  const bool wrong =
+      asked && *actual != 0 && (*actual > 0) != (*target > 0) && Magnitude(*actual) * 2 > Magnitude(*target);
+  if (const TimeNs held = wrong_way_.Hold(wrong, now.frame);
+      out.IsDue(AxisFact::kWrongWay, wrong_way_, held, kRampNs, now.frame, Quantity::kVelocity)) {
+    AxisRecord record = now.Record(AxisFact::kWrongWay, wrong_way_.since(), held);
+    record.quantity = Quantity::kVelocity;
+    record.a = *target;
+    record.b = *actual;
+    out.Add(record);
+  }
+}
+
+}  // namespace ecaudit::progress

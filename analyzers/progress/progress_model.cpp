@@ -1,0 +1,168 @@
+#include "analyzers/progress/progress_model.h"
+
+#include <utility>
+
+#include "decoder/base/bytes.h"
+
+namespace ecaudit::progress {
+namespace {
+
+/// Parts are made anew whenever a mapping changes.
+constexpr std::size_t kMostPlaces = 16'384;
+
+constexpr std::uint16_t kSoftwareLimits = 0x607D;
+
+}  // namespace
+
+ProgressModel::ProgressModel(const model::BusModel& model, EventBus& bus) : model_(model) {
+  bus.ListenTo<model::ProcessCycle, mailbox::SdoTransfer, track::AlRequest, track::CaptureGap, track::RunBegan>(
+      Stage::kAfterModel, *this);
+}
+
+const AxisWatch* ProgressModel::axis(SlaveId slave, std::uint8_t axis) const {
+  const auto found = axes_.find({slave, axis});
+  return found != axes_.end() && found->second.seen() ? &found->second : nullptr;
+}
+
+ProgressModel::Slave& ProgressModel::Get(SlaveId slave) {
+  if (slaves_.size() <= slave) slaves_.resize(std::size_t{slave} + 1);
+  return slaves_[slave];
+}
+
+AxisWatch* ProgressModel::Watch(SlaveId slave, std::uint8_t axis) {
+  const device::DeviceDescription* profile = model_.slave(slave).profile;
+  const device::DriveProfile* drive = profile != nullptr && profile->drive ? &*profile->drive : nullptr;
+  auto found = axes_.find({slave, axis});
+  if (found == axes_.end()) {
+    if (drive == nullptr || axes_.size() >= kMostAxes) return nullptr;
+    found = axes_.emplace(AxisId{slave, axis}, AxisWatch{}).first;
+  }
+  found->second.SetDrive(drive);
+  return &found->second;
+}
+
+SlaveSide ProgressModel::SideOf(SlaveId slave) const {
+  SlaveSide side;
+  const model::AlMachine& al = model_.slave(slave).al;
+  if (al.SettledIn(esc::AlState::OP)) {
+    side.in_op = InOp::kYes;
+  } else {
+    const model::StateSet possible = al.possible();
+    const bool may = possible.empty() || possible.contains(static_cast<std::uint8_t>(esc::AlState::OP));
+    side.in_op = may ? InOp::kUnknown : InOp::kNo;
+  }
+  if (slave < slaves_.size()) {
+    side.op_requested = slaves_[slave].op_requested;
+    side.began = slaves_[slave].began;
+  }
+  return side;
+}
+
+ProgressModel::Part& ProgressModel::PartOf(const model::ImagePart& image) {
+  Recent& recent = recent_[image.serial % recent_.size()];
+  if (recent.serial == image.serial && recent.part != nullptr) return *recent.part;
+  auto found = parts_.find(image.serial);
+  if (found == parts_.end()) {
+    if (parts_.size() >= kMostPlaces) {
+      parts_.clear();
+      recent_ = {};
+    }
+    found = parts_.emplace(image.serial, Part{AxisPlaces(image), {}, {}, {}}).first;
+  }
+  recent = {image.serial, &found->second};
+  return found->second;
+}
+
+void ProgressModel::Take(const model::ImagePart& image, Part& part, ByteSpan data, const FrameRef& frame) {
+  if (data.empty() || !frame.seen()) return;
+  const SlaveSide side = SideOf(image.slave);
+  // Most cycles of a machine at rest change nothing.
+  const bool same_side = std::exchange(part.side, side) == side;
+  if (part.places.Repeats(data, part.bits) && same_side && part.still()) return;
+  if (part.watches.empty()) {
+    part.places.ForEachAxis([&](std::uint8_t axis) {
+      if (AxisWatch* const watch = Watch(image.slave, axis)) part.watches.push_back(watch);
+    });
+  }
+  part.places.Read(data, [&](std::uint8_t axis, const AxisValues& values) {
+    AxisWatch* const watch = Watch(image.slave, axis);
+    if (watch == nullptr) return;
+    if (image.direction == device::PdoDirection::kRx) {
+      watch->OnOutputs(values, frame, side);
+    } else {
+      watch->OnInputs(values, frame, side);
+    }
+  });
+}
+
+void ProgressModel::On(const model::ProcessCycle& cycle) {
+  if (cycle.part.slave == kNoSlave || cycle.part.places.empty()) return;
+  const bool outputs = cycle.part.direction == device::PdoDirection::kRx;
+  const bool gave = cycle.exchange == model::Exchange::kYes || cycle.exchange == model::Exchange::kInferred;
+  if (!outputs && !gave) return;
+  Part& part = PartOf(cycle.part);
+  if (part.places.empty()) return;
+  Take(cycle.part, part, cycle.data, outputs && cycle.sent.seen() ? cycle.sent : cycle.frame());
+}
+
+void ProgressModel::On(const mailbox::SdoTransfer& transfer) {
+  if (!transfer.has_object || transfer.complete_access || transfer.data_gap ||
+      transfer.outcome != mailbox::SdoOutcome::kCompleted || transfer.data.empty() || transfer.data.size() > 8 ||
+      transfer.size != transfer.data.size()) {
+    return;
+  }
+  std::uint64_t raw = 0;
+  for (std::size_t i = transfer.data.size(); i-- > 0;) raw = raw << 8U | transfer.data[i];
+  const bool download = transfer.service == mailbox::SdoService::kDownload;
+  const FrameRef& frame = download || !transfer.response.seen() ? transfer.request : transfer.response;
+  if (!frame.seen()) return;
+  const std::int64_t value = SignExtend(raw, static_cast<unsigned>(8 * transfer.data.size()));
+  if (const auto role = RoleOf(transfer.index, transfer.subindex)) {
+    const bool word = role->second == Role::kControl || role->second == Role::kStatus;
+    // Other devices have other objects at these indices.
+    if (word && transfer.data.size() != 2) return;
+    if (axes_.find({transfer.slave, role->first}) == axes_.end() && !word) return;
+    if (AxisWatch* const watch = Watch(transfer.slave, role->first)) {
+      watch->OnSdo(role->second, value, download, frame, SideOf(transfer.slave));
+    }
+    return;
+  }
+  const auto axis = AxisOf(transfer.index);
+  const bool limit = transfer.data.size() == 4 && (transfer.subindex == 1 || transfer.subindex == 2);
+  if (!axis || axis->second != kSoftwareLimits || !limit) return;
+  if (AxisWatch* const watch = Watch(transfer.slave, axis->first)) watch->SetLimit(transfer.subindex == 2, value);
+}
+
+void ProgressModel::ForgetSlave(SlaveId slave) {
+  for (auto it = axes_.lower_bound({slave, 0}); it != axes_.end() && it->first.first == slave; ++it) {
+    it->second.Forget();
+  }
+}
+
+void ProgressModel::On(const track::AlRequest& request) {
+  const std::uint8_t target = request.control.state();
+  Slave& slave = Get(request.slave);
+  if (target == static_cast<std::uint8_t>(esc::AlState::OP)) {
+    slave.op_requested = true;
+    if (!model_.slave(request.slave).al.SettledIn(esc::AlState::OP)) slave.began = true;
+    return;
+  }
+  slave.began = true;
+  if (target == static_cast<std::uint8_t>(esc::AlState::INIT)) {
+    slave.op_requested = false;
+    ForgetSlave(request.slave);
+  }
+}
+
+void ProgressModel::On(const track::CaptureGap& gap) {
+  if (!gap.certain) return;
+  for (auto& [id, watch] : axes_) watch.Forget();
+  for (Slave& slave : slaves_) slave.began = false;
+}
+
+void ProgressModel::On(const track::RunBegan&) {
+  for (auto& [id, watch] : axes_) watch.Forget();
+  for (Slave& slave : slaves_) slave = {};
+}
+
+}  // namespace ecaudit::progress

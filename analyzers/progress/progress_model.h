@@ -1,0 +1,83 @@
+/// in: process data, SDO transfers and AL states.  out: how far each axis got (axis_watch.h), for rules and report.
+///
+/// Nothing is published: what is concluded here is asked for at the end.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "analyzers/model/bus_model.h"
+#include "analyzers/progress/axis_watch.h"
+#include "analyzers/wiring/event_bus.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/track/events.h"
+
+namespace ecaudit::progress {
+
+class ProgressModel {
+ public:
+  /// Axes of all slaves together; later ones are left out. Many times what a real bus has.
+  static constexpr std::size_t kMostAxes = 4096;
+
+  /// Both must outlive this.
+  ProgressModel(const model::BusModel& model, EventBus& bus);
+
+  void On(const model::ProcessCycle& cycle);
+  void On(const mailbox::SdoTransfer& transfer);
+  void On(const track::AlRequest& request);
+  void On(const track::CaptureGap& gap);
+  void On(const track::RunBegan& run);
+
+  /// Calls `visit(slave, axis, watch)` for each axis of which a control or status word was seen.
+  template <class Visit>
+  void ForEachAxis(Visit visit) const {
+    for (const auto& [id, watch] : axes_) {
+      if (watch.seen()) visit(id.first, id.second, watch);
+    }
+  }
+  /// Null where nothing of it was seen.
+  [[nodiscard]] const AxisWatch* axis(SlaveId slave, std::uint8_t axis) const;
+
+ private:
+  using AxisId = std::pair<SlaveId, std::uint8_t>;
+  /// What is known of a slave besides its model.
+  struct Slave {
+    bool op_requested = false;
+    bool began = false;  ///< its way to OP was seen in this run
+  };
+  /// One part of the process image that holds words of axes.
+  struct Part {
+    AxisPlaces places;
+    std::vector<AxisWatch*> watches;  ///< of its axes; empty before the first data
+    std::vector<std::uint64_t> bits;  ///< of the last frame
+    SlaveSide side;                   ///< likewise
+    [[nodiscard]] bool still() const {
+      return !watches.empty() &&
+             std::all_of(watches.begin(), watches.end(), [](const AxisWatch* watch) { return watch->still(); });
+    }
+  };
+
+  void Take(const model::ImagePart& image, Part& part, ByteSpan data, const FrameRef& frame);
+  [[nodiscard]] Part& PartOf(const model::ImagePart& image);
+  [[nodiscard]] SlaveSide SideOf(SlaveId slave) const;
+  [[nodiscard]] AxisWatch* Watch(SlaveId slave, std::uint8_t axis);
+  [[nodiscard]] Slave& Get(SlaveId slave);
+  void ForgetSlave(SlaveId slave);
+
+  const model::BusModel& model_;
+  std::map<AxisId, AxisWatch> axes_;
+  std::vector<Slave> slaves_;            ///< by id
+  std::map<std::uint64_t, Part> parts_;  ///< by serial; those without words of axes stay, too
+  /// The newest of them: most parts are needed in each cycle.
+  struct Recent {
+    std::uint64_t serial = 0;
+    Part* part = nullptr;
+  };
+  std::array<Recent, 256> recent_{};
+};
+
+}  // namespace ecaudit::progress

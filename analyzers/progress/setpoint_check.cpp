@@ -1,0 +1,173 @@
+#include "analyzers/progress/setpoint_check.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace ecaudit::progress {
+namespace {
+
+/// Less is nothing in any unit that drives use.
+constexpr std::int64_t kLeastJump = 500;
+/// As many times what the target moves in a cycle otherwise.
+constexpr std::int64_t kTimesStep = 50;
+constexpr std::int64_t kTimesLater = 10;  ///< likewise of the steps that follow
+constexpr std::uint32_t kCyclesAfter = 3;
+constexpr TimeNs kReactionNs = 500'000'000;
+constexpr TimeNs kEchoNs = 500'000'000;
+constexpr std::uint64_t kEchoes = 50;
+constexpr TimeNs kOutsideNs = 100'000'000;
+
+}  // namespace
+
+void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
+  const bool enabled = now.enabled() && now.in_op != InOp::kNo;
+  const bool begins = enabled && (!enabled_ || now.mode() != mode_) && now.state_before.has_value();
+  const bool cyclic = now.mode() == kCyclicPosition;
+  enabled_ = enabled;
+  mode_ = now.mode();
+  const auto& target = now.Target(Quantity::kPosition);
+  const auto& actual = now.Actual(Quantity::kPosition);
+  if (begins) {
+    jump_.reset();
+    step_count_ = 0;
+    last_target_.reset();
+    outlier_.reset();
+    echoes_ = 0;
+    const std::int64_t distance = cyclic && target && actual ? Apart(*actual, *target) : 0;
+    if (Magnitude(distance) >= kLeastJump) {
+      jump_ = Jump{now.Record(AxisFact::kJumpAtEnable, now.frame), distance, *target, *actual, *target, 0};
+      jump_->record.quantity = Quantity::kPosition;
+    }
+  }
+  AtEnable(now, out);
+  InOperation(now, out);
+  if (enabled && cyclic) {
+    Echo(now, out);
+    Limits(now, out);
+  }
+}
+
+void SetpointCheck::AtEnable(const AxisView& now, AxisRecords& out) {
+  if (!jump_) return;
+  const auto& target = now.Target(Quantity::kPosition);
+  const auto& actual = now.Actual(Quantity::kPosition);
+  if (target) {
+    jump_->largest_step = std::max(jump_->largest_step, Magnitude(Apart(jump_->last_target, *target)));
+    jump_->last_target = *target;
+  }
+  // A master that runs to where the axis stands, or whose set point is that far ahead all the time.
+  if (Magnitude(jump_->distance) < kTimesStep * jump_->largest_step) {
+    jump_.reset();
+    return;
+  }
+  const bool fault = IsFault(now.state) || now.Status(kErrorBit);
+  const std::int64_t moved = actual ? Apart(jump_->actual, *actual) : 0;
+  const bool runs = (moved > 0) == (jump_->distance > 0) && Magnitude(moved) * 5 >= Magnitude(jump_->distance);
+  if (fault || runs) {
+    AxisRecord record = jump_->record;
+    record.frame = now.frame;
+    record.fault = fault;
+    record.a = jump_->target;
+    record.b = jump_->actual;
+    record.c = jump_->largest_step;
+    out.Add(record);
+    jump_.reset();
+    return;
+  }
+  const FrameRef& since = jump_->record.since;
+  const bool over = !since.has_time || !now.frame.has_time || Elapsed(since.time, now.frame.time) > kReactionNs;
+  if (over || !now.enabled()) jump_.reset();
+}
+
+void SetpointCheck::InOperation(const AxisView& now, AxisRecords& out) {
+  const auto& target = now.Target(Quantity::kPosition);
+  const bool follows = enabled_ && now.mode() == kCyclicPosition && target;
+  const bool fault = IsFault(now.state) || (enabled_ && now.Status(kErrorBit));
+  // Of a jump right before the fault nothing shows whether it was one, or the begin of a fast motion.
+  if (outlier_ && fault && (outlier_->c > 0 || cycles_after_ >= kCyclesAfter)) {
+    AxisRecord record = *outlier_;
+    record.frame = now.frame;
+    record.fault = true;
+    out.Add(record);
+    outlier_.reset();
+  }
+  if (outlier_) ++cycles_after_;
+  if (outlier_ && outlier_->since.has_time && now.frame.has_time &&
+      Elapsed(outlier_->since.time, now.frame.time) > kReactionNs) {
+    outlier_.reset();
+  }
+  if (!follows) {
+    last_target_.reset();
+    step_count_ = 0;
+    return;
+  }
+  if (last_target_ && *last_target_ != *target) {
+    const std::int64_t step = Magnitude(Apart(*last_target_, *target));
+    const std::size_t known = std::min(step_count_, steps_.size());
+    const std::int64_t usual =
+        known == 0 ? 0 : *std::max_element(steps_.begin(), steps_.begin() + static_cast<std::ptrdiff_t>(known));
+    if (outlier_ && step * kTimesLater > Magnitude(Apart(outlier_->a, outlier_->b))) outlier_.reset();
+    if (step >= kLeastJump && step >= kTimesStep * std::max<std::int64_t>(usual, 1)) {
+      outlier_ = now.Record(AxisFact::kJumpInOperation, now.frame);
+      outlier_->quantity = Quantity::kPosition;
+      outlier_->a = *last_target_;
+      outlier_->b = *target;
+      outlier_->c = usual;
+      cycles_after_ = 0;
+    }
+    steps_[step_count_++ % steps_.size()] = step;
+  }
+  last_target_ = target;
+}
+
+/// The target is what the actual value was a cycle or two before: whatever pulls at the axis moves it.
+void SetpointCheck::Echo(const AxisView& now, AxisRecords& out) {
+  const auto& target = now.Target(Quantity::kPosition);
+  const auto& actual = now.Actual(Quantity::kPosition);
+  if (!target || !actual) return;
+  const bool is_echo = (actuals_[1] == target || actuals_[0] == target);
+  const bool ahead = actual == target;
+  if (!is_echo) {
+    echoes_ = 0;
+    echo_told_ = false;
+  } else if (actuals_[0] != actual && !ahead) {
+    if (echoes_++ == 0) {
+      echo_from_ = *actual;
+      echo_since_ = now.frame;
+    }
+  }
+  if (actuals_[0] != actual) {
+    actuals_[2] = actuals_[1];
+    actuals_[1] = actuals_[0];
+    actuals_[0] = actual;
+  }
+  const std::int64_t travelled = Magnitude(Apart(echo_from_, *actual));
+  if (echo_told_ || echoes_ < kEchoes || travelled < static_cast<std::int64_t>(kEchoes) || !echo_since_.has_time ||
+      !now.frame.has_time || Elapsed(echo_since_.time, now.frame.time) < kEchoNs) {
+    return;
+  }
+  echo_told_ = true;
+  AxisRecord record = now.Record(AxisFact::kTargetEchoes, echo_since_, Elapsed(echo_since_.time, now.frame.time));
+  record.quantity = Quantity::kPosition;
+  record.a = static_cast<std::int64_t>(echoes_);
+  record.b = travelled;
+  out.Add(record);
+}
+
+void SetpointCheck::Limits(const AxisView& now, AxisRecords& out) {
+  const auto& target = now.Target(Quantity::kPosition);
+  const auto& [least, most] = now.limits;
+  // Both 0, or the wrong way round: switched off.
+  const bool used = target && least && most && *least < *most;
+  const bool outside = used && (*target < *least || *target > *most);
+  if (const TimeNs held = outside_.Hold(outside, now.frame);
+      out.IsDue(AxisFact::kOutsideLimits, outside_, held, kOutsideNs, now.frame, Quantity::kPosition)) {
+    AxisRecord record = now.Record(AxisFact::kOutsideLimits, outside_.since(), held);
+    record.quantity = Quantity::kPosition;
+    record.a = *target;
+    record.b = *target < *least ? *least : *most;
+    out.Add(record);
+  }
+}
+
+}  // namespace ecaudit::progress

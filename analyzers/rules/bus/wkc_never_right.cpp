@@ -1,0 +1,146 @@
+#include <array>
+#include <string>
+#include <vector>
+
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/process_image.h"
+#include "analyzers/model/slave_model.h"
+#include "decoder/esc/register_addresses.h"
+#include "decoder/track/network.h"
+
+namespace ecaudit::wkc_never_right {
+namespace {
+
+constexpr FindingKind kNoLrw{
+    .name = "lrw-not-supported",
+    .title = "The slave does not support LRW, but the master exchanges data by LRW",
+    .message =
+        R"(From {request_frame} on, when OP was requested, the slave counts in none of {frames} with its process data. The
+master sends them by LRW. Bit 9 of the ESC features (0x0008 = {features}) says that this slave controller does
+not support LRW.)",
+    .next = "Use LRD for the inputs and LWR for the outputs of this slave (\"separate input and output\", \"no LRW\").",
+    .identity = ""};
+
+constexpr FindingKind kNever{
+    .name = "never-counted",
+    .title = "The slave never counts for its {direction}: 0 of {frames}",
+    .message =
+        R"(From {request_frame} on, when OP was requested, the slave counts in none of {frames} ({command}) that hold its
+{direction}: its FMMU maps them, but the working counter leaves no room for it.)",
+    .next = "Check direction and physical address of the FMMU, and the sync manager of the {direction}.",
+    .identity = "direction"};
+
+constexpr const FindingKind* kKinds[] = {&kNoLrw, &kNever};
+
+constexpr RuleInfo kInfo{.id = "wkc-never-right",
+                         .group = "Frame and bus",
+                         .severity = Severity::kError,
+                         .subject = Subject::kProcessData,
+                         .title = "A slave never counts in the process data that its FMMUs map",
+                         .needs = "returned frames, the FMMUs of the slave, the request of OP",
+                         .source = "ETG1000.4, working counter; ESC-2, register 0x0008",
+                         .kinds = kKinds,
+                         .doc = R"(
+## What it checks
+Whether a slave takes its outputs and gives its inputs at least once after OP was requested of it.
+
+## Why it matters
+The slave does not reach OP, or its watchdog takes it out of it. No single frame looks wrong: the working counter is
+the same in all of them.
+
+## How it is decided
+The slave is in SAFEOP when OP is requested, an active FMMU maps its data, and the working counters of at least 20
+datagrams from then on say that it did not count, while none says that it did. If the ESC features (0x0008) were
+read and bit 9 is set, and the datagrams are LRW, this is the reason.
+
+## Example
+tests/rules/wkc-never-right/violates.trace: LRW to a slave that does not support it.
+
+## What to do
+Correct what the finding names. Compare with the FMMUs and sync managers that the capture shows.
+)"};
+
+constexpr std::uint16_t kNoLrwBit = 0x0200;
+constexpr std::uint64_t kLeast = 20;
+
+class WkcNeverRight final : public Rule {
+ public:
+  WkcNeverRight() : Rule(kInfo) {
+    Subscribe<model::AlRequestJudged>(&WkcNeverRight::On);
+    Subscribe<model::ProcessCycle>(&WkcNeverRight::On);
+  }
+
+  void On(const model::AlRequestJudged& e) {
+    constexpr auto kOp = static_cast<std::uint8_t>(esc::AlState::OP);
+    constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
+    if (e.slave >= slaves_.size()) slaves_.resize(std::size_t{e.slave} + 1);
+    Watched& slave = slaves_[e.slave];
+    if (e.request.control.state() != kOp || e.request.from != kSafeop || slave.request.seen()) return;
+    const model::SlaveModel& model = context().slave(e.slave);
+    slave.request = e.request.frame;
+    slave.before = {model.outputs, model.inputs};
+  }
+
+  void On(const model::ProcessCycle& cycle) {
+    const SlaveId id = cycle.part.slave;
+    if (cycle.exchange != model::Exchange::kNo || id >= slaves_.size() || !slaves_[id].request.seen()) return;
+    Missed& missed = slaves_[id].missed[cycle.part.direction == device::PdoDirection::kRx ? 0 : 1];
+    if (!missed.first.seen()) missed.first = cycle.frame();
+    missed.last = cycle.frame();
+    missed.command = cycle.command;
+  }
+
+  void Finish() override {
+    if (NotEvaluableWithoutReturns()) return;
+    for (std::size_t s = 0; s < slaves_.size(); ++s) {
+      if (slaves_[s].request.seen()) Judge(static_cast<SlaveId>(s), slaves_[s]);
+    }
+  }
+
+ private:
+  struct Missed {
+    FrameRef first, last;
+    wire::Command command = wire::Command::NOP;
+  };
+  struct Watched {
+    FrameRef request;                             ///< the first of OP
+    std::array<model::ProcessTraffic, 2> before;  ///< then: outputs, inputs
+    std::array<Missed, 2> missed;
+  };
+
+  void Judge(SlaveId id, const Watched& watched) {
+    const model::SlaveModel& model = context().slave(id);
+    const std::array<const model::ProcessTraffic*, 2> traffic{&model.outputs, &model.inputs};
+    const track::SlaveState& state = context().network().state(id);
+    const auto features = state.registers.Value<std::uint16_t>(esc::kEscFeatures, Certainty::kObserved);
+    for (std::size_t way = 0; way < traffic.size(); ++way) {
+      const std::uint64_t missed = traffic[way]->missed - watched.before[way].missed;
+      const Missed& frames = watched.missed[way];
+      if (traffic[way]->exchanged != watched.before[way].exchanged || missed < kLeast || !frames.first.seen()) continue;
+      const bool no_lrw = frames.command == wire::Command::LRW && features && (*features & kNoLrwBit) != 0;
+      Finding finding = Found(no_lrw ? kNoLrw : kNever, id, frames.first);
+      finding.last = frames.last;
+      finding.Set("request_frame", arg::Frame(watched.request.number)).Set("frames", arg::Count(missed, "datagram"));
+      AddRelated(finding, watched.request.number);
+      if (no_lrw) {
+        finding.Set("features", arg::Hex(*features));
+        (void)Report(1, std::move(finding));
+        return;
+      }
+      finding.Set("direction", arg::Of(way == 0 ? kOutputs : kInputs))
+          .Set("command", arg::Text(wire::Name(frames.command)));
+      (void)Report(2 + way, std::move(finding));
+    }
+  }
+
+  static constexpr Word kOutputs{"outputs", "outputs", true};
+  static constexpr Word kInputs{"inputs", "inputs", true};
+  std::vector<Watched> slaves_;  // by id
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<WkcNeverRight>};
+
+}  // namespace
+}  // namespace ecaudit::wkc_never_right

@@ -1,0 +1,239 @@
+#include <array>
+#include <string>
+
+#include "analyzers/judge/axis_rule.h"
+
+namespace ecaudit::drive_not_enabled {
+namespace {
+
+constexpr FindingKind kBitMissing{
+    .name = "control-bit-missing",
+    .title = "Missing in control word {control_word}: {bits}",
+    .message =
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. Its bit 3 asks for Operation
+enabled, but {bits} {bit_count?is|are} 0. The drive shows {state} (status word {status_word}, {shown_frame}).
+Enable operation needs bits 0 to 3 set (0x000f).)",
+    .next = "Set {bits} in the control word. The quick stop bit (bit 2) is active at 0.",
+    .identity = "control_word"};
+
+constexpr FindingKind kResetStands{
+    .name = "reset-without-edge",
+    .title = "Fault reset (bit 7) stays 1: no rising edge resets the fault",
+    .message =
+        R"(Bit 7 of the control word ({control_word}) is 1 from {frame} on, for {lasted_ms}. Meanwhile the drive shows {state}
+(status word {status_word}, {shown_frame}).[ The drive reports {reason}.] A fault is reset by the rising edge of
+bit 7, from 0 to 1.)",
+    .next = "Send bit 7 as 0 for some cycles, then as 1. Correct the cause of the fault before.",
+    .identity = ""};
+
+constexpr FindingKind kResetMissing{
+    .name = "reset-missing",
+    .title = "The master enables the drive in Fault without a fault reset",
+    .message =
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}, while the drive shows {state}
+(status word {status_word}, {shown_frame}).[ The drive reports {reason}.] Bit 7 of the control word stays 0. A
+drive leaves Fault only by the rising edge of bit 7.)",
+    .next = "Correct the cause of the fault, reset it by the rising edge of bit 7, then enable the drive.",
+    .identity = ""};
+
+constexpr FindingKind kFaultStays{
+    .name = "fault-stays",
+    .title = "The fault stays after {resets}[: {reason}]",
+    .message =
+        R"(The master resets the fault ({resets}, the first at {frame}). {lasted_ms} later the drive still shows {state}
+(status word {status_word}, {shown_frame}).[ The drive reports {reason}.][{!reason} The capture does not
+show which fault it is.] The cause is still there.)",
+    .next =
+        "[{?reason}Correct this cause.][{!reason}Read 603Fh and 1003h:1 from the drive and correct what they name.] "
+        "Then reset the fault.",
+    .identity = "reason"};
+
+constexpr FindingKind kShutdownMissing{
+    .name = "shutdown-missing",
+    .title = "Shutdown (0x0006) is missing before control word {control_word}",
+    .message =
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status
+word {status_word}, {shown_frame}). The way from Switch on disabled to Operation enabled begins with Shutdown:
+bits 1 and 2 are 1, bit 0 is 0.)",
+    .next = "Send 0x0006 until the drive shows Ready to switch on, then 0x0007, then 0x000f.",
+    .identity = "control_word"};
+
+constexpr FindingKind kNoVoltage{
+    .name = "no-voltage",
+    .title = "No voltage (status bit 4 = 0): the drive stays in {state}",
+    .message =
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}, and
+bit 4 (voltage enabled) of its status word {status_word} is 0 ({shown_frame}).)",
+    .next = "Check the power supply of the motor, the hardware enable input and safe torque off.",
+    .identity = "state"};
+
+constexpr FindingKind kQuickStopStays{
+    .name = "quick-stop-stays",
+    .title = "Quick stop active is not left by control word {control_word}",
+    .message =
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}
+(status word {status_word}, {shown_frame}). Not every drive goes from Quick stop active to Operation enabled
+(transition 16); 605Ah decides it.)",
+    .next =
+        "Send 0x0000 until the drive shows Switch on disabled, then 0x0006, 0x0007 and 0x000f. Or set 605Ah to 5 or "
+        "more.",
+    .identity = ""};
+
+constexpr FindingKind kNotReady{
+    .name = "not-ready",
+    .title = "Not ready to switch on: the drive accepts no enable word",
+    .message =
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status
+word {status_word}, {shown_frame}) and accepts no command there.)",
+    .next =
+        "Wait until the drive has come up. Check its logic supply, and whether the status word is mapped where it is "
+        "read.",
+    .identity = ""};
+
+constexpr FindingKind kNotInOp{
+    .name = "not-in-op",
+    .title = "OP is never requested, but the master enables the drive",
+    .message =
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The slave is not in OP, and the
+master did not request OP up to {shown_frame}. Outputs act in OP only.)",
+    .next = "Request OP, and send the enable sequence after AL Status shows OP.",
+    .identity = ""};
+
+constexpr FindingKind kOverwritten{
+    .name = "control-word-overwritten",
+    .title = "SDO control word {by_sdo} is overwritten by process data ({mapped})",
+    .message =
+        R"(The master wrote control word {by_sdo} by SDO in {frame}. The process data hold {mapped} for the same object in
+every cycle. The drive shows {state} (status word {status_word}, {shown_frame}).)",
+    .next = "Write the control word into the process data, or take it out of the PDO mapping.",
+    .identity = "by_sdo mapped"};
+
+constexpr FindingKind kLocal{
+    .name = "local-control",
+    .title = "Local control (status bit 9 = 0): the drive stays in {state}",
+    .message =
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}, and
+bit 9 (remote) of its status word {status_word} is 0 ({shown_frame}): it does not act on the control word.)",
+    .next = "Give the control to the fieldbus: close the commissioning software, and check the command source.",
+    .identity = "state"};
+
+constexpr FindingKind kHasty{
+    .name = "hasty",
+    .title = "Enable word taken back {times} before the drive follows",
+    .message =
+        R"(From {frame} to {shown_frame} bit 3 (enable operation) of the control word rises {times}. It is 0 again after
+{longest_ms} at most. The drive never shows Operation enabled (state {state}, status word {status_word}).)",
+    .next = "Wait for each state in the status word, and keep the control word until the drive shows it.",
+    .identity = ""};
+
+constexpr FindingKind kDropsBack{
+    .name = "drops-back",
+    .title = "Drive goes back to Switch on disabled {times} by itself",
+    .message =
+        R"(The drive goes back to Switch on disabled for the first time in {frame} and {times} up to {shown_frame}. The
+control word (last {control_word}) asks for no such step: bits 1 and 2 are 1. The status word is {status_word}.)",
+    .next =
+        "Check the power supply of the motor, the enable input, safe torque off, and what the manual requires before "
+        "Switch on.",
+    .identity = ""};
+
+constexpr const FindingKind* kKinds[] = {
+    &kBitMissing, &kResetStands, &kResetMissing, &kFaultStays, &kShutdownMissing, &kNoVoltage, &kQuickStopStays,
+    &kNotReady,   &kNotInOp,     &kOverwritten,  &kLocal,      &kHasty,           &kDropsBack};
+
+constexpr RuleInfo kInfo{.id = "drive-not-enabled",
+                         .group = "Drive profile (DS402)",
+                         .severity = Severity::kWarning,
+                         .title = "The master asks for Operation enabled and the drive does not get there",
+                         .needs = "control word 6040h and status word 6041h with time stamps",
+                         .source = "CIA402, state machine",
+                         .kinds = kKinds,
+                         .doc = R"(
+## What it checks
+Whether an axis reaches Operation enabled when the master asks for it, and what is missing if it does not:
+
+- a bit of the control word
+- the rising edge of fault reset
+- Shutdown before Enable operation
+- the voltage
+- OP
+- control over the bus (bit 9 of the status word), and a master that waits for the drive
+- a drive that goes back to Switch on disabled by itself, three times or more
+- an SDO write of the control word that process data overwrite
+
+## Why it matters
+The axis does not move. Each step of the master may be legal all the same.
+
+## How it is decided
+Bit 3 of the control word asks for Operation enabled if it rises while the drive is not enabled, or if it is set
+when the slave comes to OP. A quick stop of an enabled drive is no such request, and neither is 0x0006. What no
+drive can follow (a bit that is 0) counts after 200 ms, a missing edge or Shutdown after 500 ms, what a drive may be
+slow in after 1 s. Attempts that the master gives up are added.
+
+## Example
+tests/rules/drive-not-enabled/violates.trace: control word 0x000b.
+
+## What to do
+The finding names what is missing. Correct this one thing first.
+)"};
+
+constexpr std::array kRows{
+    AxisRule::Row{progress::AxisFact::kControlBitMissing, &kBitMissing},
+    AxisRule::Row{progress::AxisFact::kResetStands, &kResetStands},
+    AxisRule::Row{progress::AxisFact::kResetMissing, &kResetMissing},
+    AxisRule::Row{progress::AxisFact::kFaultStays, &kFaultStays},
+    AxisRule::Row{progress::AxisFact::kShutdownMissing, &kShutdownMissing},
+    AxisRule::Row{progress::AxisFact::kNoVoltage, &kNoVoltage},
+    AxisRule::Row{progress::AxisFact::kQuickStopStays, &kQuickStopStays},
+    AxisRule::Row{progress::AxisFact::kNotReady, &kNotReady},
+    AxisRule::Row{progress::AxisFact::kNotInOp, &kNotInOp},
+    AxisRule::Row{progress::AxisFact::kOverwrittenControl, &kOverwritten},
+    AxisRule::Row{progress::AxisFact::kLocalControl, &kLocal},
+    AxisRule::Row{progress::AxisFact::kHasty, &kHasty},
+    AxisRule::Row{progress::AxisFact::kDropsBack, &kDropsBack},
+};
+
+class DriveNotEnabled final : public AxisRule {
+ public:
+  DriveNotEnabled() : AxisRule(kInfo, kRows) {}
+
+ private:
+  void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch&) override {
+    switch (record.fact) {
+      case progress::AxisFact::kControlBitMissing: {
+        std::size_t count = 0;
+        std::string bits;
+        for (std::size_t bit = 0; bit < kBits.size(); ++bit) {
+          if ((record.a >> bit & 1) == 0) continue;
+          bits += (count++ == 0 ? "" : ", ") + std::string(kBits.at(bit));
+        }
+        finding.Set("bits", arg::Text(bits)).Set("bit_count", arg::Number(static_cast<std::int64_t>(count)));
+        return;
+      }
+      case progress::AxisFact::kFaultStays:
+        finding.Set("resets", arg::Count(static_cast<std::uint64_t>(record.a), "reset"));
+        return;
+      case progress::AxisFact::kHasty:
+        finding.Set("times", arg::Count(static_cast<std::uint64_t>(record.a), "time"));
+        finding.Set("longest_ms", arg::Ms(record.b));
+        return;
+      case progress::AxisFact::kDropsBack:
+        finding.Set("times", arg::Count(static_cast<std::uint64_t>(record.a), "time"));
+        return;
+      case progress::AxisFact::kOverwrittenControl:
+        finding.Set("by_sdo", arg::Hex(static_cast<std::uint64_t>(record.a)))
+            .Set("mapped", arg::Hex(static_cast<std::uint64_t>(record.b)));
+        return;
+      default:
+        return;
+    }
+  }
+
+  static constexpr std::array<std::string_view, 3> kBits{"switch on (bit 0)", "enable voltage (bit 1)",
+                                                         "quick stop (bit 2)"};
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<DriveNotEnabled>};
+
+}  // namespace
+}  // namespace ecaudit::drive_not_enabled

@@ -1,0 +1,168 @@
+#include <array>
+
+#include "analyzers/judge/axis_rule.h"
+
+namespace ecaudit::drive_not_following {
+namespace {
+
+constexpr FindingKind kFollowingError{
+    .name = "following-error",
+    .title = "Following error (status bit 13) while the drive is enabled",
+    .message =
+        R"(Bit 13 of the status word {status_word} is 1 from {frame} on ({shown_frame}), in mode {mode}. The drive cannot
+follow its set point.[ Target {target}, actual value {actual}.])",
+    .next =
+        "Compare the change of the target in a cycle with what the axis can do; check the following error window "
+        "(6065h), load, brake and scaling.",
+    .identity = ""};
+
+constexpr FindingKind kHomingError{
+    .name = "homing-error",
+    .title = "Homing error (status bit 13)",
+    .message =
+        R"(Bit 13 of the status word {status_word} is 1 from {frame} on ({shown_frame}), in mode {mode}: the homing
+procedure failed.)",
+    .next = "Check the homing method (6098h), the switches that it needs, speeds (6099h) and limits.",
+    .identity = ""};
+
+constexpr FindingKind kStandsStill{
+    .name = "stands-still",
+    .title =
+        "[{?halted}Halt (bit 8) is 1 while the][{!halted}The axis stands still while its] {quantity} set point asks "
+        "for motion",
+    .message =
+        R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value
+{actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
+({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11 says that
+an internal limit is active.])",
+    .next =
+        "[{?halted}Clear bit 8 of the control word ({control_word}).][{!halted}Check brake, torque limit (6072h) and "
+        "[{?velocity}halt (bit 8)][{!velocity}limit switches], whether the drive uses this set point in its mode, and "
+        "scaling.]",
+    .identity = "quantity"};
+
+constexpr FindingKind kLags{
+    .name = "falls-behind",
+    .title = "The axis falls behind: {actual_value} of {set_point} increments",
+    .message =
+        R"(From {frame} on, for {lasted_ms}, the target position goes by {set_point} and the position actual value by
+{actual_value} ({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit
+11 says that an internal limit is active.])",
+    .next =
+        "Check speed limit (6080h, 607Fh), torque limit (6072h) and the scaling of both values (gear ratio, 6091h, "
+        "6092h).",
+    .identity = ""};
+
+constexpr FindingKind kWrongWay{
+    .name = "wrong-way",
+    .title = "The axis moves against its {quantity} set point",
+    .message =
+        R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value
+{actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
+({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.)",
+    .next = "Check the polarity (607Eh) and the direction of motor and encoder.",
+    .identity = "quantity"};
+
+constexpr FindingKind kZeroLimit{
+    .name = "limit-zero",
+    .title = "{limit:number} is 0 in the process data: the axis stands still",
+    .message =
+        R"(From {frame} on, for {lasted_ms}, the {quantity} set point is not followed: it is or goes by {set_point}, the
+actual value {actual_value} ({shown_frame}). The master sends {limit} = 0 in the process data, and a drive with this
+limit at 0 does not move. The drive shows {state} (status word {status_word}), mode {mode}.)",
+    .next = "Send a value for {limit:number} in each cycle, or take it out of the PDO mapping.",
+    .identity = "limit"};
+
+constexpr FindingKind kHomingStands{
+    .name = "homing-stands-still",
+    .title = "Homing is started (bit 4), but the axis does not move",
+    .message =
+        R"(Bit 4 of the control word ({control_word}) starts homing in {frame}. For {lasted_ms} the position actual value
+stays the same ({shown_frame}). The status word {status_word} shows neither homing attained (bit 12) nor an error (bit
+13).)",
+    .next =
+        "Check the homing method (6098h), the speeds (6099h) and the acceleration (609Ah): a speed of 0 does not move.",
+    .identity = ""};
+
+constexpr const FindingKind* kKinds[] = {&kFollowingError, &kHomingError, &kStandsStill, &kLags,
+                                         &kWrongWay,       &kZeroLimit,   &kHomingStands};
+
+constexpr RuleInfo kInfo{.id = "drive-not-following",
+                         .group = "Drive profile (DS402)",
+                         .severity = Severity::kWarning,
+                         .title = "The actual value does not go where the set point goes",
+                         .needs = "status word, mode, set point and actual value in the process data; time stamps",
+                         .source = "CIA402, status word and modes of operation",
+                         .kinds = kKinds,
+                         .doc = R"(
+## What it checks
+Whether an enabled axis follows its set point: following error and homing error (bit 13 of the status word), and the
+actual value against the set point in position and velocity modes.
+
+## Why it matters
+The drive is enabled and commanded, and the axis is not where the master thinks that it is.
+
+## How it is decided
+Bit 13 counts in the modes that define it. A position that goes by at least 500 increments while the actual value
+makes less than a twentieth (stands still), less than half (falls behind), or goes the other way, for 500 ms; in
+profile position 1 s after the start. A velocity of which the drive shows less than a twentieth for 1 s. Halt in a
+profile mode is no violation.
+
+## Example
+tests/rules/drive-not-following/violates.trace: the axis stands still.
+
+## What to do
+Look at both values over time: `ecaudit signals --around FRAME`.
+)"};
+
+constexpr std::array kRows{
+    AxisRule::Row{progress::AxisFact::kFollowingError, &kFollowingError},
+    AxisRule::Row{progress::AxisFact::kHomingError, &kHomingError},
+    AxisRule::Row{progress::AxisFact::kStandsStill, &kStandsStill},
+    AxisRule::Row{progress::AxisFact::kLags, &kLags},
+    AxisRule::Row{progress::AxisFact::kWrongWay, &kWrongWay},
+    AxisRule::Row{progress::AxisFact::kZeroLimit, &kZeroLimit},
+    AxisRule::Row{progress::AxisFact::kHomingStands, &kHomingStands},
+};
+
+constexpr Word kPosition{"position", "position"};
+constexpr Word kVelocity{"velocity", "velocity"};
+
+class DriveNotFollowing final : public AxisRule {
+ public:
+  DriveNotFollowing() : AxisRule(kInfo, kRows) {}
+
+ private:
+  void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch& axis) override {
+    if (record.fact == progress::AxisFact::kFollowingError || record.fact == progress::AxisFact::kHomingError) {
+      const progress::AxisView& now = axis.now();
+      if (now.Target(progress::Quantity::kPosition) && now.Actual(progress::Quantity::kPosition)) {
+        finding.Set("target", arg::Number(record.a)).Set("actual", arg::Number(record.b));
+      }
+      return;
+    }
+    if (record.fact == progress::AxisFact::kHomingStands) return;
+    if (record.control && (*record.control >> progress::kHaltBit & 1U) != 0) finding.Set("halted", arg::Flag());
+    const bool velocity = record.quantity == progress::Quantity::kVelocity;
+    finding.Set("quantity", arg::Of(velocity ? kVelocity : kPosition));
+    if (velocity) finding.Set("velocity", arg::Flag());
+    if (record.fact == progress::AxisFact::kZeroLimit) finding.Set("limit", ObjectOf(record.c));
+    finding.Set("set_point", arg::Number(record.a)).Set("actual_value", arg::Number(record.b));
+  }
+
+  [[nodiscard]] std::optional<Reason> Unevaluated(const progress::AxisWatch& axis) const override {
+    if (!axis.command().commanded().seen() || axis.follow().follows().seen()) return std::nullopt;
+    const progress::AxisView& now = axis.now();
+    const auto quantity = now.mode() ? progress::QuantityOf(*now.mode()) : progress::Quantity::kNone;
+    if (quantity == progress::Quantity::kNone || quantity == progress::Quantity::kTorque) return std::nullopt;
+    if (!now.Actual(quantity)) return Reason::Of(ReasonCode::kNotInCapture, kActual);
+    return std::nullopt;
+  }
+
+  static constexpr Word kActual{"actual-value", "the actual value of the axis (6064h, 606Ch)"};
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<DriveNotFollowing>};
+
+}  // namespace
+}  // namespace ecaudit::drive_not_following

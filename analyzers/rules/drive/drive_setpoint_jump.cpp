@@ -1,0 +1,117 @@
+#include <array>
+
+#include "analyzers/judge/axis_rule.h"
+
+namespace ecaudit::drive_setpoint_jump {
+namespace {
+
+constexpr FindingKind kAtEnable{
+    .name = "jump-at-enable",
+    .title = "Enabled with target position {target}, actual value {actual}",
+    .message =
+        R"(When the drive is enabled ({frame}) the target position (607Ah) is {target} and the position actual value
+(6064h) is {actual}. After that the target changes by at most {step} in a cycle.[{?fault} The drive shows status
+word {status_word} in {shown_frame}.][{!fault} The axis runs to the target: up to {shown_frame} it makes a fifth
+of the way.] In {mode} the target has to start at the actual value.)",
+    .next =
+        "Copy the position actual value (6064h) into the target position (607Ah) in each cycle until Operation enabled "
+        "is shown.",
+    .identity = ""};
+
+constexpr FindingKind kJump{
+    .name = "jump",
+    .title = "Target position jumps from {from} to {target}",
+    .message =
+        R"(In {frame} the target position (607Ah) goes from {from} to {target} in one cycle; before, it changed by at most
+{step} in a cycle. The drive then shows status word {status_word} ({shown_frame})[ and reports {reason}].)",
+    .next =
+        "Limit the change of the target in a cycle to what the axis can do, also when the trajectory is computed anew.",
+    .identity = ""};
+
+constexpr FindingKind kEcho{
+    .name = "target-repeats-actual",
+    .title = "The target position only repeats the position actual value",
+    .message =
+        R"(From {frame} to {shown_frame} ({lasted_ms}) the target position (607Ah) is the actual value (6064h) of the cycle
+before, in {changes}. The drive is enabled, and the axis moves by {travel} meanwhile. It holds no
+position, but goes wherever a force pushes it.)",
+    .next =
+        "Stop copying the actual value into the target when the drive is enabled, and continue from the last target.",
+    .identity = ""};
+
+constexpr FindingKind kOutside{
+    .name = "outside-limits",
+    .title = "Target position {target} is beyond the software limit {limit} (607Dh)",
+    .message =
+        R"(The target position (607Ah) is {target} from {frame} on, for {lasted_ms} ({shown_frame}). The software position
+limit (607Dh) in the capture is {limit}. The drive does not go there.)",
+    .next = "Change the target, or the limits in 607Dh.",
+    .identity = ""};
+
+constexpr const FindingKind* kKinds[] = {&kAtEnable, &kJump, &kEcho, &kOutside};
+
+constexpr RuleInfo kInfo{.id = "drive-setpoint-jump",
+                         .group = "Drive profile (DS402)",
+                         .severity = Severity::kWarning,
+                         .title = "The target position is one that the axis cannot or should not follow",
+                         .needs = "607Ah and 6064h in the process data, cyclic synchronous position, time stamps",
+                         .source = "CIA402, cyclic synchronous position",
+                         .kinds = kKinds,
+                         .doc = R"(
+## What it checks
+In cyclic synchronous position: whether the target position (607Ah) starts at the position actual value (6064h),
+does not jump, is no echo of the actual value, and lies inside the software limits (607Dh).
+
+## Why it matters
+The axis runs to a wrong target at full speed, or stops with a following error.
+
+## How it is decided
+A jump is more than 50 times what the target changes in a cycle otherwise, at least 500 increments, and something
+comes of it within 500 ms: the axis runs there, the drive faults or shows a following error. An echo is a target
+that equals the actual value of the cycle before in 50 changes in a row, over at least 500 ms, while the axis moves.
+Limits count if they were read or written by SDO.
+
+## Example
+tests/rules/drive-setpoint-jump/violates.trace: the target is 0 when the drive is enabled.
+
+## What to do
+Let the target follow the actual value until the drive shows Operation enabled, and start each motion from there.
+)"};
+
+constexpr std::array kRows{
+    AxisRule::Row{progress::AxisFact::kJumpAtEnable, &kAtEnable},
+    AxisRule::Row{progress::AxisFact::kJumpInOperation, &kJump},
+    AxisRule::Row{progress::AxisFact::kTargetEchoes, &kEcho},
+    AxisRule::Row{progress::AxisFact::kOutsideLimits, &kOutside},
+};
+
+class DriveSetpointJump final : public AxisRule {
+ public:
+  DriveSetpointJump() : AxisRule(kInfo, kRows) {}
+
+ private:
+  void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch&) override {
+    switch (record.fact) {
+      case progress::AxisFact::kJumpAtEnable:
+        finding.Set("target", arg::Number(record.a)).Set("actual", arg::Number(record.b));
+        finding.Set("step", arg::Number(record.c));
+        return;
+      case progress::AxisFact::kJumpInOperation:
+        finding.Set("from", arg::Number(record.a)).Set("target", arg::Number(record.b));
+        finding.Set("step", arg::Number(record.c));
+        return;
+      case progress::AxisFact::kTargetEchoes:
+        finding.Set("changes", arg::Count(static_cast<std::uint64_t>(record.a), "change"));
+        finding.Set("travel", arg::Number(record.b));
+        return;
+      default:
+        finding.Set("target", arg::Number(record.a)).Set("limit", arg::Number(record.b));
+        return;
+    }
+  }
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<DriveSetpointJump>};
+
+}  // namespace
+}  // namespace ecaudit::drive_setpoint_jump

@@ -1,0 +1,103 @@
+#include <map>
+#include <utility>
+
+#include "analyzers/judge/drive_knowledge.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/objects/relatives.h"
+#include "analyzers/words/drive_text.h"
+#include "decoder/mailbox/events.h"
+
+namespace ecaudit::drive_warning {
+namespace {
+
+constexpr FindingKind kWarning{
+    .name = "warning",
+    .title = "The drive shows a warning (status bit 7)[: {reason}]",
+    .message =
+        "Bit 7 (warning) of the status word is 1 in {frame} ({status_word}).[ The drive reports {reason} in "
+        "{reason_frame}.][{!reason} The capture does not show which warning it is.]",
+    .next =
+        "[{?reason}Look this warning up in the manual of the drive.][{!reason}Read 603Fh and 1003h:1 from the drive.]",
+    .identity = "reason"};
+
+constexpr const FindingKind* kKinds[] = {&kWarning};
+
+constexpr RuleInfo kInfo{.id = "drive-warning",
+                         .group = "Drive profile (DS402)",
+                         .severity = Severity::kInfo,
+                         .title = "The warning bit of the status word is set",
+                         .needs = "status word 6041h; emergency messages or 603Fh for the reason",
+                         .source = "CIA402, status word",
+                         .kinds = kKinds,
+                         .doc = R"(
+## What it checks
+Bit 7 of the status word, and what the drive reports at the same time: an emergency message that is no fault.
+
+## Why it matters
+A warning often comes before the fault that stops the axis: temperature, load, a fan, the encoder battery.
+
+## How it is decided
+The bit rises, or is set when the drive is first seen. An emergency counts as its reason if it came up to one second
+before.
+
+## Example
+tests/rules/drive-warning/violates.trace
+
+## What to do
+Look the number up in the manual of the drive.
+)"};
+
+class DriveWarningRule final : public Rule {
+ public:
+  DriveWarningRule() : Rule(kInfo) {
+    Subscribe<model::DriveWarning>(&DriveWarningRule::On);
+    Subscribe<mailbox::Emergency>(&DriveWarningRule::On);
+  }
+
+  void On(const mailbox::Emergency& e) {
+    if (e.data.error_code == 0) {
+      last_.erase(e.slave);
+    } else {
+      last_.insert_or_assign(e.slave, std::pair(e.frame, e.data.error_code));
+    }
+  }
+
+  void On(const model::DriveWarning& e) {
+    if (!e.set) return;
+    const std::uint64_t key = AxisKey(e.axis) | 1U;
+    if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
+    Finding finding = Found(kWarning, e.slave, e.frame);
+    finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
+    finding.Set("status_word", arg::Hex(e.word));
+    const auto known = last_.find(e.slave);
+    if (known != last_.end() && IsRecent(known->second.first, e.frame)) {
+      model::DriveFaultExplained reason;
+      reason.code = known->second.second;
+      finding.Set("reason", arg::Text(FaultText(*context().slave(e.slave).profile, reason)));
+      finding.Set("reason_frame", arg::Frame(known->second.first.number));
+      AddRelated(finding, known->second.first.number);
+    }
+    NameAxis(finding, e.axis);
+    (void)Report(key, std::move(finding));
+  }
+
+  void Finish() override {
+    NotEvaluableFor([](const model::SlaveModel& slave) { return DriveWordsMissing(slave, false); });
+  }
+
+ private:
+  static bool IsRecent(const FrameRef& emergency, const FrameRef& frame) {
+    constexpr TimeNs kRecentNs = 1'000'000'000;
+    return !emergency.has_time || !frame.has_time || frame.time - emergency.time <= kRecentNs;
+  }
+
+  std::map<SlaveId, std::pair<FrameRef, std::uint16_t>> last_;  // of each slave: its last emergency
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<DriveWarningRule>};
+
+}  // namespace
+}  // namespace ecaudit::drive_warning

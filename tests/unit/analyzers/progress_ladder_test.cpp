@@ -1,0 +1,202 @@
+// How far slaves and axes got, in traces of the rules: which rungs are reached, lost, not reached or not asked for, and
+// which finding holds them.
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "analyzers/analysis.h"
+#include "analyzers/result/absence.h"
+#include "analyzers/result/progress.h"
+#include "decoder/capture/capture_reader.h"
+#include "tests/support/folders.h"
+#include "tests/support/trace_builder.h"
+
+namespace ecaudit {
+namespace {
+
+namespace fs = std::filesystem;
+
+AnalysisResult AnalyseRule(const std::string& trace_of) {
+  const fs::path path = fs::path(test::SourceDir()) / "tests" / "rules" / (trace_of + ".trace");
+  const auto trace = test::Trace::Load(path.string());
+  if (!trace) {
+    ADD_FAILURE() << trace.error().message;
+    return {};
+  }
+  AnalysisOptions options;
+  options.default_profile = "generic";
+  return Analyse(*trace->Source(), options);
+}
+
+AnalysisResult AnalyseSample(const std::string& name) {
+  const fs::path path = fs::path(test::SourceDir()) / "samples" / "captures" / (name + ".pcapng");
+  auto source = capture::OpenCapture(path.string());
+  if (!source) {
+    ADD_FAILURE() << source.error().message;
+    return {};
+  }
+  return ecaudit::Analyse(**source, AnalysisOptions{});
+}
+
+const Ladder& AxisOf(const AnalysisResult& result) {
+  static const Ladder kNone;
+  if (result.slaves.size() == 1 && result.slaves[0].axes.size() == 1) return result.slaves[0].axes[0].ladder;
+  ADD_FAILURE() << "not one slave with one axis";
+  return kNone;
+}
+
+std::string StatusOf(const Ladder& ladder, std::string_view rung) {
+  const Rung* const found = ladder.Find(rung);
+  return found == nullptr ? "no such rung" : std::string(Name(found->status));
+}
+
+std::string WhyOf(const Ladder& ladder, std::string_view rung) {
+  const Rung* const found = ladder.Find(rung);
+  return found == nullptr || found->why == nullptr ? "" : std::string(found->why->code);
+}
+
+std::string RuleOf(const AnalysisResult& result, const Ladder& ladder, std::string_view rung) {
+  const Rung* const found = ladder.Find(rung);
+  if (found == nullptr || found->held_by == kNoFinding) return "";
+  return std::string(result.findings.at(found->held_by).rule);
+}
+
+TEST(ProgressLadder, HealthyAxisIsEnabledAndIdle) {
+  const AnalysisResult result = AnalyseRule("drive-not-enabled/complies");
+  const Ladder& axis = AxisOf(result);
+  EXPECT_EQ(StatusOf(axis, "no-fault"), "reached");
+  EXPECT_EQ(StatusOf(axis, "voltage"), "reached");
+  EXPECT_EQ(StatusOf(axis, "enabled"), "reached");
+  EXPECT_EQ(StatusOf(axis, "mode"), "reached");
+  EXPECT_EQ(StatusOf(axis, "commanded"), "not-asked");
+  EXPECT_EQ(StatusOf(axis, "follows"), "not-asked");
+  EXPECT_EQ(axis.Failed(), nullptr);
+  ASSERT_NE(axis.Highest(), nullptr);
+  EXPECT_EQ(axis.Highest()->rung->code, "mode");
+
+  const Ladder& slave = result.slaves.at(0).progress;
+  for (const char* const rung : {"answers", "preop", "mailbox", "configured", "safeop", "exchange", "op"}) {
+    EXPECT_EQ(StatusOf(slave, rung), "reached") << rung;
+  }
+  EXPECT_EQ(StatusOf(slave, "sync"), "not-asked");
+  EXPECT_EQ(slave.Failed(), nullptr);
+}
+
+TEST(ProgressLadder, MissingBitHoldsTheAxis) {
+  const AnalysisResult result = AnalyseRule("drive-not-enabled/violates");
+  const Ladder& axis = AxisOf(result);
+  EXPECT_EQ(StatusOf(axis, "enabled"), "not-reached");
+  EXPECT_EQ(WhyOf(axis, "enabled"), "control-bit-missing");
+  EXPECT_EQ(RuleOf(result, axis, "enabled"), "drive-not-enabled");
+  ASSERT_NE(axis.Failed(), nullptr);
+  EXPECT_EQ(axis.Failed()->rung->code, "enabled");
+}
+
+TEST(ProgressLadder, AxisThatNobodyEnablesIsNotAskedFor) {
+  const AnalysisResult result = AnalyseRule("drive-not-enabled/complies-3");
+  EXPECT_EQ(StatusOf(AxisOf(result), "enabled"), "not-asked");
+  EXPECT_EQ(AxisOf(result).Failed(), nullptr);
+}
+
+TEST(ProgressLadder, FaultIsNeverWithoutFault) {
+  const AnalysisResult result = AnalyseRule("drive-not-enabled/violates-2");
+  EXPECT_EQ(StatusOf(AxisOf(result), "no-fault"), "not-reached");
+  EXPECT_EQ(RuleOf(result, AxisOf(result), "no-fault"), "drive-fault");
+  EXPECT_EQ(WhyOf(AxisOf(result), "enabled"), "reset-without-edge");
+}
+
+TEST(ProgressLadder, FaultInOperationLosesTheRungs) {
+  const AnalysisResult result = AnalyseRule("drive-setpoint-jump/violates-2");
+  const Ladder& axis = AxisOf(result);
+  EXPECT_EQ(StatusOf(axis, "no-fault"), "lost");
+  EXPECT_EQ(StatusOf(axis, "enabled"), "lost");
+  EXPECT_EQ(RuleOf(result, axis, "no-fault"), "drive-setpoint-jump");  // the cause of the fault
+}
+
+TEST(ProgressLadder, StartBitHoldsTheMotion) {
+  const AnalysisResult result = AnalyseRule("drive-not-commanded/violates");
+  const Ladder& axis = AxisOf(result);
+  EXPECT_EQ(StatusOf(axis, "enabled"), "reached");
+  EXPECT_EQ(StatusOf(axis, "commanded"), "not-reached");
+  EXPECT_EQ(WhyOf(axis, "commanded"), "start-bit-missing");
+  EXPECT_EQ(StatusOf(axis, "follows"), "not-asked");
+}
+
+TEST(ProgressLadder, MotionIsFollowedOrNot) {
+  const AnalysisResult follows = AnalyseRule("drive-not-following/complies");
+  EXPECT_EQ(StatusOf(AxisOf(follows), "commanded"), "reached");
+  EXPECT_EQ(StatusOf(AxisOf(follows), "follows"), "reached");
+  const AnalysisResult stands = AnalyseRule("drive-not-following/violates");
+  EXPECT_EQ(StatusOf(AxisOf(stands), "commanded"), "reached");
+  EXPECT_EQ(StatusOf(AxisOf(stands), "follows"), "not-reached");
+  EXPECT_EQ(WhyOf(AxisOf(stands), "follows"), "stands-still");
+}
+
+TEST(ProgressLadder, UnknownRungsSayWhy) {
+  const AnalysisResult no_status = AnalyseRule("drive-not-enabled/unknown");
+  EXPECT_EQ(StatusOf(AxisOf(no_status), "enabled"), "unknown");
+  EXPECT_EQ(WhyOf(AxisOf(no_status), "enabled"), "no-status-word");
+  const AnalysisResult setpoint = AnalyseRule("drive-not-commanded/unknown");
+  EXPECT_EQ(StatusOf(AxisOf(setpoint), "commanded"), "unknown");
+  EXPECT_EQ(WhyOf(AxisOf(setpoint), "commanded"), "setpoint-not-in-capture");
+}
+
+TEST(ProgressLadder, SlaveThatNeverCountsExchangesNothing) {
+  const AnalysisResult result = AnalyseRule("wkc-never-right/violates");
+  const Ladder& slave = result.slaves.at(0).progress;
+  EXPECT_EQ(StatusOf(slave, "safeop"), "reached");
+  EXPECT_EQ(StatusOf(slave, "exchange"), "not-reached");
+  EXPECT_EQ(RuleOf(result, slave, "exchange"), "wkc-never-right");
+  EXPECT_EQ(StatusOf(slave, "op"), "not-reached");
+}
+
+TEST(ProgressLadder, SlaveThatLeftLosesWhatItHad) {
+  const AnalysisResult result = AnalyseSample("slave-count-changes");
+  EXPECT_EQ(StatusOf(result.slaves.at(0).progress, "op"), "reached");
+  for (const std::size_t gone : {1U, 2U}) {
+    const Ladder& slave = result.slaves.at(gone).progress;
+    EXPECT_EQ(StatusOf(slave, "answers"), "lost");
+    EXPECT_EQ(RuleOf(result, slave, "answers"), "bus-slave-count-changed");
+    EXPECT_EQ(StatusOf(slave, "op"), "lost");
+    EXPECT_EQ(StatusOf(slave, "known"), "reached");
+  }
+}
+
+TEST(ProgressLadder, SlaveThatReturnedIsThere) {
+  const AnalysisResult result = AnalyseSample("wkc-link-break");
+  EXPECT_EQ(StatusOf(result.slaves.at(2).progress, "answers"), "reached");
+  const std::vector<Absence> absences = AbsencesOf(result.slaves.at(2), result);
+  ASSERT_FALSE(absences.empty());
+  EXPECT_TRUE(absences.front().to.seen());
+  EXPECT_TRUE(AbsencesOf(result.slaves.at(0), result).empty());
+  EXPECT_TRUE(OthersAreMissing(result.slaves.at(0), absences.front().from, absences.front().from, result));
+}
+
+TEST(ProgressLadder, OfABranchTheSlaveThatStillAnswersStays) {
+  const AnalysisResult result = AnalyseSample("branch-slave-leaves");
+  EXPECT_EQ(StatusOf(result.slaves.at(1).progress, "answers"), "lost");
+  EXPECT_EQ(StatusOf(result.slaves.at(2).progress, "answers"), "reached");
+}
+
+TEST(ProgressLadder, FindingThatHoldsSaysSo) {
+  const AnalysisResult result = AnalyseRule("drive-not-enabled/violates");
+  const auto found = std::find_if(result.findings.begin(), result.findings.end(),
+                                  [](const Finding& finding) { return finding.rule == "drive-not-enabled"; });
+  ASSERT_NE(found, result.findings.end());
+  EXPECT_EQ(found->holds, "enabled");
+  for (const Finding& finding : AnalyseRule("drive-not-enabled/complies").findings) EXPECT_EQ(finding.holds, "");
+}
+
+TEST(ProgressLadder, RefusedStateIsHeldByItsRefusal) {
+  const AnalysisResult result = AnalyseRule("al-refused/violates");
+  const Ladder& slave = result.slaves.at(0).progress;
+  const Rung* const failed = slave.Failed();
+  ASSERT_NE(failed, nullptr);
+  EXPECT_NE(failed->held_by, kNoFinding);
+}
+
+}  // namespace
+}  // namespace ecaudit
