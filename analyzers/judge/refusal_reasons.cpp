@@ -302,7 +302,7 @@ Value Activation(const Case& of) {
   return arg::Hex(of.dc.activation()->raw, 2);
 }
 
-/// The code says that SYNC0 has to run.
+/// The code demands that SYNC0 runs.
 void CheckSyncActive(const Case& of, Outcome& found) {
   const auto sync0 = of.sync0();
   if (!sync0) return;
@@ -321,7 +321,7 @@ void CheckSyncActive(const Case& of, Outcome& found) {
   found.Right(kSyncActive);
 }
 
-/// The code says that the slave knows no SYNC0.
+/// The code rejects SYNC0.
 void CheckSyncUnsupported(const Case& of, Outcome& found) {
   const auto sync0 = of.sync0();
   if (!sync0) return;

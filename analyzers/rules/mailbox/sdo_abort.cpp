@@ -61,7 +61,7 @@ constexpr FindingKind kCountTooLarge{
     .message =
         R"(The slave gave {entries:number} as the number of entries in {count_object} ({count_frame}). It aborts the upload of
 {object} (request in {request_frame}) with {abort_code}. So {count_object:number} has more entries than exist. A master that
-reads what the count says stops here.)",
+reads as many entries as the count states stops here.)",
     .next =
         R"(Write the right number to {count_object:number} in the init commands (0: no entry). Or let the master use the
 EEPROM or the ESI file.)",

@@ -214,7 +214,7 @@ class FmmuMismatch final : public Rule {
     if (!against && NeedsNoManager(e.slave, fmmu)) return;
     FrameNo learned = context().network().state(e.slave).fmmu_since[n];
     if (against) {
-      // Only these two matter, and a master that waits for the answer of the slave writes nothing meanwhile.
+      // Only these two matter, and a master that waits for the answer of the slave writes nothing in between.
       learned = std::min(learned, managers[*against]->since);
     } else {
       for (const auto& manager : managers) {
