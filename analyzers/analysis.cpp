@@ -109,6 +109,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   result.not_evaluable = store.not_evaluable();
   std::stable_sort(result.not_evaluable.begin(), result.not_evaluable.end(),
                    [](const NotEvaluable& a, const NotEvaluable& b) { return a.rule < b.rule; });
+  result.capture.earlier_left_out = (options.from_s || options.from_frame) && result.capture.first.number > 1;
   result.capture_next = WhatToCaptureNext(result);
   const CrowdedLists lists = LeaveOutCrowdedLists(observation.pipeline(), result);
   AddLimits(store, observation.pipeline(), lists, result);

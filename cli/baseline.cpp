@@ -1,18 +1,24 @@
 #include "cli/baseline.h"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <fnmatch.h>
+#include <set>
 #include <string_view>
 #include <system_error>
 #include <tuple>
 #include <utility>
 
+#include "analyzers/judge/catalogue.h"
 #include "cli/json_file.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
 #include "cli/report/sentences.h"
 #include "cli/report/times.h"
+#include "cli/suggest.h"
 #include "decoder/base/text.h"
+#include "decoder/base/wrapping.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -30,6 +36,15 @@ std::optional<Baseline::value_type> ReadEntry(JsonValue entry) {
   const std::string_view* identity = entry.member("identity").text();
   const std::string_view* title = entry.member("title").text();
   const JsonValue slave = entry.member("slave");
+  const auto texts = [&entry](std::string_view key, std::vector<std::string>& out) {
+    const JsonValue list = entry.member(key);
+    if (!list.is_array()) return false;
+    for (const JsonValue text : list.Elements()) {
+      if (!text.is_text()) return false;
+      out.emplace_back(*text.text());
+    }
+    return true;
+  };
   std::size_t members = 2 + (identity == nullptr ? 0U : 1U) + (title == nullptr ? 0U : 1U);
   Acceptance accepted;
   if (title != nullptr) accepted.title = *title;
@@ -43,6 +58,11 @@ std::optional<Baseline::value_type> ReadEntry(JsonValue entry) {
     if (!expires.is_text() || !report::IsDate(*expires.text())) return std::nullopt;
     accepted.expires = *expires.text();
     accepted.expired = accepted.expires < Today();  // ISO dates sort as text
+    ++members;
+  }
+  for (const auto& [key, list] : {std::pair("devices", &accepted.devices), std::pair("captures", &accepted.captures)}) {
+    if (!entry.member(key).there()) continue;
+    if (!texts(key, *list)) return std::nullopt;
     ++members;
   }
   if (entry.size() != members || rule == nullptr || (identity == nullptr && title == nullptr) || !slave.there()) {
@@ -59,26 +79,106 @@ std::optional<Baseline::value_type> ReadEntry(JsonValue entry) {
   return Baseline::value_type{std::move(fingerprint), std::move(accepted)};
 }
 
+/// Where a finding occurs.
+struct Place {
+  std::string_view capture;          ///< path
+  std::vector<std::string> devices;  ///< the slave's, or those of the bus; empty: the capture does not show them
+};
+
+std::string_view NameIn(std::string_view path) {
+  // Of the files of a ring buffer the first one.
+  path = path.substr(0, path.find(", "));
+  return path.substr(WrappingSum(path.rfind('/'), std::size_t{1}));
+}
+
+/// Whether the entry is about this machine.
+bool IsFor(const Acceptance& accepted, const Place& place) {
+  const std::vector<std::string>& devices = accepted.devices;
+  if (devices.empty() && accepted.captures.empty()) return true;
+  if (std::find(devices.begin(), devices.end(), "*") != devices.end()) return true;
+  if (!devices.empty() && !place.devices.empty()) {
+    // The rest of a bus may be out of sight; what is in sight is not another device.
+    return std::all_of(place.devices.begin(), place.devices.end(), [&](const std::string& device) {
+      return std::find(devices.begin(), devices.end(), device) != devices.end();
+    });
+  }
+  const std::string name(NameIn(place.capture));
+  return std::any_of(accepted.captures.begin(), accepted.captures.end(),
+                     [&](const std::string& pattern) { return fnmatch(pattern.c_str(), name.c_str(), 0) == 0; });
+}
+
 /// Whether a finding is known, and its reason.
-std::pair<bool, std::string> Lookup(const Baseline& baseline, const Fingerprint& fingerprint) {
-  const auto found = baseline.find(fingerprint);
-  if (found == baseline.end() || found->second.expired) return {false, {}};
-  const Acceptance& accepted = found->second;
-  std::string because = accepted.reason;
-  if (!accepted.expires.empty()) because += (because.empty() ? "until " : "; until ") + accepted.expires;
-  return {true, because};
+std::pair<bool, std::string> Lookup(const Baseline& baseline, const Fingerprint& fingerprint, const Place& place) {
+  const auto [begin, end] = baseline.equal_range(fingerprint);
+  for (auto entry = begin; entry != end; ++entry) {
+    const Acceptance& accepted = entry->second;
+    if (accepted.expired || !IsFor(accepted, place)) continue;
+    std::string because = accepted.reason;
+    if (!accepted.expires.empty()) because += (because.empty() ? "until " : "; until ") + accepted.expires;
+    return {true, because};
+  }
+  return {false, {}};
 }
 
 /// Adds a finding with its reason from the file before.
-void Add(const Fingerprint& fingerprint, const std::string& title, const Baseline& before, Baseline& all) {
+void Add(const Fingerprint& fingerprint, const std::string& title, const Place& place, const Baseline& before,
+         Baseline& all) {
+  const std::string pattern = PatternOf(place.capture);
+  const auto add_pattern = [&pattern](std::vector<std::string>& patterns) {
+    const auto at = std::lower_bound(patterns.begin(), patterns.end(), pattern);
+    if (at == patterns.end() || *at != pattern) patterns.insert(at, pattern);
+  };
+  const auto [begin, end] = all.equal_range(fingerprint);
+  for (auto entry = begin; entry != end; ++entry) {
+    if (entry->second.devices != place.devices && !IsFor(entry->second, place)) continue;
+    if (!entry->second.captures.empty()) add_pattern(entry->second.captures);
+    return;
+  }
   Acceptance accepted;
   accepted.title = title;
-  if (const auto found = before.find(fingerprint); found != before.end()) {
-    accepted.reason = found->second.reason;
-    // Who lists it again accepts it again.
-    if (!found->second.expired) accepted.expires = found->second.expires;
+  accepted.devices = place.devices;
+  accepted.captures = {pattern};
+  const auto [first, last] = before.equal_range(fingerprint);
+  for (auto entry = first; entry != last; ++entry) {
+    if (!IsFor(entry->second, place)) continue;
+    // What a user wrote stays: the reason, and where the entry holds.
+    const Acceptance& old = entry->second;
+    accepted.reason = old.reason;
+    accepted.devices = old.devices;
+    accepted.captures = old.captures;
+    // A finding that is listed again is accepted again.
+    if (!old.expired) accepted.expires = old.expires;
+    break;
   }
   all.emplace(fingerprint, std::move(accepted));
+}
+
+std::vector<std::string> DevicesOf(const AnalysisResult& result) {
+  std::vector<std::string> devices;
+  for (const SlaveSummary& slave : result.slaves) {
+    std::string device = report::ProductText(slave.identity.vendor_id, slave.identity.product_code);
+    const auto at = std::lower_bound(devices.begin(), devices.end(), device);
+    if (!device.empty() && (at == devices.end() || *at != device)) devices.insert(at, std::move(device));
+  }
+  return devices;
+}
+
+/// @param all  devices of the bus
+Place PlaceOf(const Finding& finding, const AnalysisResult& result, const std::vector<std::string>& all) {
+  const SlaveSummary* slave = result.slave(finding.slave);
+  if (slave == nullptr) return {result.capture.file.path, all};
+  std::string device = report::ProductText(slave->identity.vendor_id, slave->identity.product_code);
+  return {result.capture.file.path, device.empty() ? std::vector<std::string>() : std::vector{std::move(device)}};
+}
+
+Place PlaceOf(const report::FindingDigest& finding, const report::CaptureDigest& capture) {
+  if (!finding.slave) return {capture.path, capture.devices};
+  return {capture.path, finding.product.empty() ? std::vector<std::string>() : std::vector{finding.product}};
+}
+
+std::string Named(const Fingerprint& fingerprint) {
+  return fingerprint.rule + " of " +
+         (fingerprint.slave ? "slave " + std::to_string(*fingerprint.slave) : std::string("the bus"));
 }
 
 std::string Write(const Baseline& all) {
@@ -89,6 +189,8 @@ std::string Write(const Baseline& all) {
       json.Put("slave", entry.first.slave);
       json.Text("identity", entry.first.identity);
       json.Text("title", entry.second.title);
+      if (!entry.second.devices.empty()) json.Texts("devices", entry.second.devices);
+      if (!entry.second.captures.empty()) json.Texts("captures", entry.second.captures);
       if (!entry.second.reason.empty()) json.Text("reason", entry.second.reason);
       if (!entry.second.expires.empty()) json.Text("expires", entry.second.expires);
     });
@@ -117,7 +219,7 @@ Result<Baseline> ReadBaseline(const std::string& path) {
       return Error{
           path +
           ": each of 'findings' must hold 'rule', 'slave' (position or null) and 'identity'; it may hold 'title', "
-          "'reason' and 'expires' (\"2026-12-31\")"};
+          "'devices' and 'captures' (lists of texts), 'reason' and 'expires' (\"2026-12-31\")"};
     }
     baseline.insert(std::move(*read));
   }
@@ -127,8 +229,10 @@ Result<Baseline> ReadBaseline(const std::string& path) {
 std::string WriteBaseline(const report::Report& report, const Baseline& before) {
   Baseline all;
   for (const report::CaptureReport& capture : report.captures) {
+    const std::vector<std::string> devices = DevicesOf(capture.result);
     for (const Finding& finding : capture.result.findings) {
-      Add(FingerprintOf(finding, capture.result), report::TitleOf(finding), before, all);
+      Add(FingerprintOf(finding, capture.result), report::TitleOf(finding), PlaceOf(finding, capture.result, devices),
+          before, all);
     }
   }
   return Write(all);
@@ -138,7 +242,7 @@ std::string WriteBaseline(const report::Digest& digest, const Baseline& before) 
   Baseline all;
   for (const report::CaptureDigest& capture : digest.captures) {
     for (const report::FindingDigest& finding : capture.findings) {
-      Add(report::FingerprintOf(finding), finding.title, before, all);
+      Add(report::FingerprintOf(finding), finding.title, PlaceOf(finding, capture), before, all);
     }
   }
   return Write(all);
@@ -156,10 +260,14 @@ std::vector<std::string> ExpiredEntries(const Baseline& baseline) {
   std::size_t by_title = 0;
   for (const auto& [fingerprint, accepted] : baseline) {
     if (accepted.by_title) ++by_title;
+    if (FindRule(fingerprint.rule) == nullptr) {
+      std::vector<std::string_view> ids;
+      for (const RuleInfo* rule : RuleCatalogue()) ids.push_back(rule->id);
+      texts.push_back("'" + report::OneLine(fingerprint.rule) + "' is no rule" +
+                      Suggestion(fingerprint.rule, ids, "ecaudit rules"));
+    }
     if (!accepted.expired || accepted.by_title) continue;
-    texts.push_back(fingerprint.rule + " of " +
-                    (fingerprint.slave ? "slave " + std::to_string(*fingerprint.slave) : std::string("the bus")) +
-                    " was accepted until " + accepted.expires + " only, and counts again" +
+    texts.push_back(Named(fingerprint) + " was accepted until " + accepted.expires + " only, and counts again" +
                     (accepted.reason.empty() ? "" : " (" + accepted.reason + ")"));
   }
   if (by_title > 0) {
@@ -169,6 +277,72 @@ std::vector<std::string> ExpiredEntries(const Baseline& baseline) {
   return texts;
 }
 
+namespace {
+
+/// Whether the capture could show what the entry accepts. A slave is one of several on the bus.
+bool Concerns(const Acceptance& accepted, const report::CaptureDigest& capture) {
+  if (IsFor(accepted, {capture.path, capture.devices})) return true;
+  return std::any_of(accepted.devices.begin(), accepted.devices.end(), [&](const std::string& device) {
+    return std::find(capture.devices.begin(), capture.devices.end(), device) != capture.devices.end();
+  });
+}
+
+}  // namespace
+
+std::vector<std::string> UnmatchedEntries(const Baseline& baseline,
+                                          std::span<const report::CaptureDigest* const> captures) {
+  std::set<const Acceptance*> matched;
+  for (const report::CaptureDigest* capture : captures) {
+    const bool partly = capture->selection != report::Selection{} || !capture->complete || !capture->unreadable.empty();
+    if (partly) return {};
+    for (const report::FindingDigest& finding : capture->findings) {
+      const auto [begin, end] = baseline.equal_range(report::FingerprintOf(finding));
+      for (auto entry = begin; entry != end; ++entry) {
+        if (IsFor(entry->second, PlaceOf(finding, *capture))) matched.insert(&entry->second);
+      }
+    }
+  }
+  constexpr std::size_t kNamed = 3;
+  std::string named;
+  std::size_t fixed = 0;
+  std::size_t elsewhere = 0;
+  for (const auto& [fingerprint, accepted] : baseline) {
+    if (accepted.expired || accepted.by_title || matched.contains(&accepted)) continue;
+    if (std::none_of(captures.begin(), captures.end(),
+                     [&entry = accepted](const auto* capture) { return Concerns(entry, *capture); })) {
+      ++elsewhere;
+      continue;
+    }
+    if (fixed++ < kNamed) named += (named.empty() ? "" : ", ") + Named(fingerprint);
+  }
+  std::vector<std::string> texts;
+  if (fixed > 0) {
+    texts.push_back(Count(fixed, "entry", "entries") + (fixed == 1 ? " matches" : " match") + " no finding: " + named +
+                    (fixed > kNamed ? ", ..." : ""));
+  }
+  // A file for many machines may be used for one of them; one that fits none of its captures is the wrong file.
+  if (elsewhere > 0 && matched.empty() && fixed == 0) {
+    texts.push_back(elsewhere == baseline.size()
+                        ? "all entries are for other devices or captures"
+                        : Count(elsewhere, "entry", "entries") + " for other devices or captures");
+  }
+  return texts;
+}
+
+std::string PatternOf(std::string_view capture) {
+  std::string pattern;
+  for (const char c : NameIn(capture)) {
+    if (c >= '0' && c <= '9') {
+      if (!pattern.ends_with('*')) pattern += '*';
+    } else if (c == '*' || c == '?' || c == '[' || c == '\\') {
+      pattern += std::string("\\") + c;
+    } else {
+      pattern += c;
+    }
+  }
+  return pattern;
+}
+
 std::optional<Error> CheckBaselinePath(const std::string& path) {
   return CheckReplaced(path, kBaselineSchema, "a baseline");
 }
@@ -176,8 +350,10 @@ std::optional<Error> CheckBaselinePath(const std::string& path) {
 void ApplyBaseline(const Baseline& baseline, report::CaptureReport& capture) {
   capture.known.clear();
   capture.known_because.clear();
+  const std::vector<std::string> devices = DevicesOf(capture.result);
   for (const Finding& finding : capture.result.findings) {
-    auto [known, because] = Lookup(baseline, FingerprintOf(finding, capture.result));
+    auto [known, because] =
+        Lookup(baseline, FingerprintOf(finding, capture.result), PlaceOf(finding, capture.result, devices));
     capture.known.push_back(known);
     capture.known_because.push_back(std::move(because));
   }
@@ -185,7 +361,8 @@ void ApplyBaseline(const Baseline& baseline, report::CaptureReport& capture) {
 
 void ApplyBaseline(const Baseline& baseline, report::CaptureDigest& capture) {
   for (report::FindingDigest& finding : capture.findings) {
-    std::tie(finding.known, finding.known_because) = Lookup(baseline, report::FingerprintOf(finding));
+    std::tie(finding.known, finding.known_because) =
+        Lookup(baseline, report::FingerprintOf(finding), PlaceOf(finding, capture));
     finding.known_because = report::PrintableLines(finding.known_because);
   }
 }

@@ -3,7 +3,9 @@
 
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "analyzers/result/analysis_result.h"
@@ -25,9 +27,15 @@ struct Acceptance {
   bool expired = false;   ///< that day is over (UTC): the finding counts again
   std::string title;      ///< for people; never compared
   bool by_title = false;  ///< an entry of a version that named findings by their titles: it fits nothing
+  /// Machines where it is accepted: "vendor 0x0000006a, product 0x00414b44" of the slave, or of all slaves for a
+  /// finding of the bus; "*": any. Empty: only `captures` decides.
+  std::vector<std::string> devices;
+  /// Patterns of capture names, which decide where the capture does not show the devices. Both empty: everywhere.
+  std::vector<std::string> captures;
 };
 
-using Baseline = std::map<Fingerprint, Acceptance>;
+/// One finding may be accepted on several machines.
+using Baseline = std::multimap<Fingerprint, Acceptance>;
 
 [[nodiscard]] Result<Baseline> ReadBaseline(const std::string& path);
 /// The file that lists all findings of `report`, each once, sorted.
@@ -37,8 +45,16 @@ using Baseline = std::map<Fingerprint, Acceptance>;
 /// What stands in the baseline that is to be replaced; empty where there is none.
 [[nodiscard]] Baseline BaselineBefore(const std::string& path);
 
-/// A sentence for each entry that no longer applies, and one for all that name a finding by its title.
+/// A sentence for each entry that no longer applies or names no rule, and one for all that name a finding by its title.
 [[nodiscard]] std::vector<std::string> ExpiredEntries(const Baseline& baseline);
+
+/// Sentences about the entries that match no finding of `captures`: fixed, mistyped, or of another machine. Empty where
+/// a capture shows only a part of its findings, since then nothing is known of the rest.
+[[nodiscard]] std::vector<std::string> UnmatchedEntries(const Baseline& baseline,
+                                                        std::span<const report::CaptureDigest* const> captures);
+
+/// "night-2026-03-02_0007.pcapng" gives "night-*-*-*_*.pcapng": the names that the captures of one job have.
+[[nodiscard]] std::string PatternOf(std::string_view capture);
 
 /// What keeps --write-baseline from writing to `path`, besides what CheckOutputPath() asks: a file that is there and no
 /// baseline.

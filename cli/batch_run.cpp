@@ -141,6 +141,9 @@ class Batch {
         case PieceKind::kUnmet:
           result.unmet.push_back(std::move(piece.text));
           break;
+        case PieceKind::kNotice:
+          result.notices.push_back(std::move(piece.text));
+          break;
         case PieceKind::kFrames:
           frames_done_ += std::stoull(piece.text);
           break;
@@ -211,6 +214,7 @@ class Batch {
       if (capture->lacks_slave) send(PieceKind::kLacksSlave, "");
       for (const std::string& slave : capture->missing) send(PieceKind::kMissing, slave);
       for (const std::string& slave : capture->unmet) send(PieceKind::kUnmet, slave);
+      for (const std::string& notice : capture->notices) send(PieceKind::kNotice, notice);
       report.captures.push_back(std::move(capture->report));
     }
     auto error = WriteReport(job, report);

@@ -32,8 +32,8 @@ struct BatchResult {
   std::optional<report::CaptureDigest> digest;  ///< nothing: not reached
   bool done_before = false;                     ///< taken from its report
   bool lacks_slave = false;
-  bool crashed = false;                     ///< a bug in ecaudit: the digest states that it could not be read, and why
-  std::vector<std::string> missing, unmet;  ///< as in CheckedCapture
+  bool crashed = false;  ///< a bug in ecaudit: the digest states that it could not be read, and why
+  std::vector<std::string> missing, unmet, notices;  ///< as in CheckedCapture
 };
 
 struct BatchOptions {

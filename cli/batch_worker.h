@@ -29,9 +29,10 @@ struct WorkerProgress {
 
 struct WorkerPiece {
   enum class Kind : std::uint8_t {
-    kLacksSlave,  ///< as in CheckedCapture, and so are these two
+    kLacksSlave,  ///< as in CheckedCapture, and so are these three
     kMissing,
     kUnmet,
+    kNotice,
     kFrames,       ///< packets of the capture, in decimal
     kCannotWrite,  ///< why its report cannot be written
     kInternal,     ///< an exception: its message

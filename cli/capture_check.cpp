@@ -8,6 +8,7 @@
 #include "cli/decode_lines.h"
 #include "cli/slave_filter.h"
 #include "cli/stream/spool.h"
+#include "cli/window.h"
 
 namespace ecaudit::cli {
 
@@ -32,6 +33,17 @@ void BaselineShelf::WarnOfExpired(Console& console) {
   }
 }
 
+void BaselineShelf::WarnOfUnmatched(const std::vector<report::CaptureDigest>& captures, Console& console) const {
+  for (const auto& [path, baseline] : baselines_) {
+    std::vector<const report::CaptureDigest*> compared;
+    for (const report::CaptureDigest& capture : captures) {
+      if (capture.baseline == report::PrintableLines(path)) compared.push_back(&capture);
+    }
+    if (compared.empty()) continue;
+    for (const std::string& text : UnmatchedEntries(baseline, compared)) console.Warning(path + ": " + text);
+  }
+}
+
 Error EmptyRange(const std::string& capture, report::Selection selection) {
   selection.slaves.clear();
   return Error{capture + ": no packet of the capture lies in the range " + Text(selection)};
@@ -42,9 +54,14 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
                                     std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,
                                     const WantedExtras& wanted, std::atomic<FrameNo>* reached) {
   AnalysisOptions analysis = settings.analysis;
+  CheckedCapture out;
   if (settings.moments.needs_capture()) {
-    if (auto error = PlaceMoments(settings.moments, paths, analysis)) return *error;
+    if (auto error = PlaceMoments(settings.moments, paths, analysis, &out.notices)) return *error;
   }
+  const FrameRange range{analysis.from_s, analysis.to_s, analysis.from_frame, analysis.to_frame};
+  report::Selection& selection = out.report.selection;
+  selection = {range.from_s, range.to_s,          range.from_frame,     range.to_frame,
+               {},           analysis.interfaces, settings.isolated_by, {}};
   auto source = CapturePaths({paths.begin(), paths.end()}, analysis.interfaces).Open(&stop);
   if (!source) return source.error();
   LineCounter* lines = nullptr;
@@ -54,10 +71,18 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
     lines = counting.get();
     *source = std::move(counting);
   }
+  WindowSource* window = nullptr;
+  if (selection.range() && settings.isolated_by.empty()) {
+    auto watched = std::make_unique<WindowSource>(std::move(*source), range);
+    window = watched.get();
+    *source = std::move(watched);
+    // What is true of the window may rest on what came before it.
+    analysis.from_s = analysis.to_s = std::nullopt;
+    analysis.from_frame = analysis.to_frame = std::nullopt;
+  }
   analysis.stop = &stop;
   analysis.reached = reached;
   analysis.progress = std::move(progress);
-  CheckedCapture out;
   if (wanted.timeline) {
     auto timeline = std::make_shared<Timeline>();
     out.report.result = Analyse(**source, analysis, timeline.get());
@@ -65,11 +90,10 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   } else {
     out.report.result = Analyse(**source, analysis);
   }
-  report::Selection& selection = out.report.selection;
-  selection = {analysis.from_s, analysis.to_s, analysis.from_frame, analysis.to_frame, {}, analysis.interfaces};
   for (const SlaveSelector& slave : settings.slaves) selection.slaves.push_back(NameOf(slave));
   const CaptureSummary& read = out.report.result.capture;
-  if (read.packets == 0 && read.file.packets > 0 && selection.leaves_out() && !stop) {
+  const bool nothing = window != nullptr ? !window->reached() : read.packets == 0;
+  if (nothing && read.file.packets > 0 && selection.leaves_out() && !stop) {
     return EmptyRange(paths.front(), selection);
   }
   out.report.fail_on = settings.fail_on;
@@ -79,9 +103,11 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   if (!report::WithoutEtherCat(out.report.result)) out.unmet = UnmetSlaves(settings.analysis, out.report.result);
   if (!report::WithoutEtherCat(out.report.result)) out.missing = MissingSlaves(settings.slaves, out.report.result);
   const std::size_t slaves = out.report.result.slaves.size();
+  if (!settings.slaves.empty()) out.slaves_there = SlavesThere(out.report.result);
   out.lacks_slave = !report::WithoutEtherCat(out.report.result) &&
                     KeepSlaves(settings.slaves, out.report.result) == 0 && !settings.slaves.empty();
   if (out.lacks_slave) out.missing.clear();
+  if (window != nullptr) selection.outside = KeepWindow(window->first(), window->last(), out.report.result);
   out.report.required = settings.required.text;
   if (settings.required.any()) out.report.unmet = MissingOf(settings.required, out.report.result, slaves);
   if (baseline != nullptr) ApplyBaseline(*baseline, out.report);

@@ -24,6 +24,8 @@ class BaselineShelf {
   [[nodiscard]] const Baseline* Find(const std::string& path) const;
   /// Reports, once, which entries do not hold any more.
   void WarnOfExpired(Console& console);
+  /// Reports which entries match no finding of the captures that were compared with them.
+  void WarnOfUnmatched(const std::vector<report::CaptureDigest>& captures, Console& console) const;
 
  private:
   std::map<std::string, Baseline> baselines_;
@@ -42,8 +44,10 @@ struct WantedExtras {
 struct CheckedCapture {
   report::CaptureReport report;
   bool lacks_slave = false;          ///< --slave names none of its slaves
+  std::string slaves_there;          ///< what it has instead: "0 (AKD, 0x1001)"
   std::vector<std::string> missing;  ///< slaves of --slave that it does not show, when it shows others of them
   std::vector<std::string> unmet;    ///< slaves that --profile or --parameter name and the capture does not show
+  std::vector<std::string> notices;  ///< sentences about the range that the user may not expect
 };
 
 /// @param paths     one capture, or the files of one ring buffer

@@ -1,5 +1,6 @@
 #include "cli/capture_options.h"
 
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -35,6 +36,17 @@ std::string Quoted(std::string_view text) {
 const device::ProfileRegistry& FamiliesOf(const AnalysisOptions& analysis) {
   static const device::ProfileRegistry builtin;
   return analysis.files ? analysis.files->families : builtin;
+}
+
+/// Settings of drives that some family knows.
+std::set<std::string_view> ParameterNames(const device::ProfileRegistry& families) {
+  std::set<std::string_view> names;
+  for (const std::string& profile : families.Names()) {
+    for (const device::DriveParameter* row : families.Find(profile)->sync.DriveParameters()) {
+      names.insert(row->keyword);
+    }
+  }
+  return names;
 }
 
 /// Errors in a file name the file, those on the command line stand for themselves.
@@ -74,6 +86,7 @@ std::optional<Error> ApplyRequire(const std::optional<std::string>& text, Requir
 
 /// The configuration file for `capture`, if there is one.
 Result<std::optional<Config>> ConfigFor(const CaptureOptions& options, const std::string& capture) {
+  if (options.no_config) return std::optional<Config>();
   const std::optional<std::string> path = options.config ? options.config : FindConfig(capture);
   if (!path) return std::optional<Config>();
   if (!options.config) {
@@ -118,6 +131,9 @@ std::optional<Error> ApplyRange(const CaptureOptions& options, Settings& setting
   constexpr double kWindow = 1;  // seconds before and after
   MomentRange& range = settings.moments;
   if (options.around && (options.from || options.to)) return Error{"--around takes the place of --from and --to"};
+  if (options.isolate && !options.from && !options.to && !options.around) {
+    return Error{"--isolate belongs to --from, --to or --around; give one of them"};
+  }
   if (options.window && !options.around) return Error{"--window is the time before and after --around; give both"};
   if (auto error = ReadMoment("--from", options.from, options.local_time, range, range.from)) return error;
   if (auto error = ReadMoment("--to", options.to, options.local_time, range, range.to)) return error;
@@ -140,6 +156,12 @@ std::optional<Error> ApplyRange(const CaptureOptions& options, Settings& setting
 
 }  // namespace
 
+std::vector<std::string> RuleIds(std::string_view suffix) {
+  std::vector<std::string> ids;
+  for (const RuleInfo* rule : RuleCatalogue()) ids.push_back(std::string(rule->id) + std::string(suffix));
+  return ids;
+}
+
 void CaptureOptions::ReportSkipped(Console& console) const {
   for (const std::string& reason : skipped) console.Warning("ignored: " + reason);
   skipped.clear();
@@ -154,34 +176,47 @@ void CaptureOptions::Declare(OptionSet& options) {
 
 void CaptureOptions::DeclareSettings(OptionSet& options) {
   options.Group("What to read");
-  options.Values("--slave", "SLAVE", slaves, "report only this slave: position 0, or address 0x1001 (repeatable)");
+  options.Values("--slave", "SLAVE", slaves,
+                 "report only this slave: position 0 (the first), address 0x1001, or name (repeatable)");
   options.Values("--interface", "N", interfaces, "read only interface N of the capture, 0 is the first (repeatable)");
   options.Value("--from", "START", from,
                 "start here: seconds from the first frame, #760, 02:13:07.250, or 2026-03-02T02:13Z");
   options.Value("--to", "END", to, "end here, inclusive");
-  options.Value("--around", "MOMENT", around, "read only the part around this time or frame");
+  options.Value("--around", "MOMENT", around, "the part around this time or frame");
   options.Value("--window", "SECONDS", window, "how far before and after --around (default: 1)");
   options.Group("How to evaluate");
   options.Values("--profile", "[SLAVE=]NAME", profiles, "drive family of all slaves or of one (repeatable)");
+  options.Words(device::BuiltinProfileNames());
   options.Values("--profiles", "PATH", families,
                  "more drive families: a JSON file or a folder of them, see docs/families.md (repeatable)");
   options.Values("--parameter", "[SLAVE:]NAME=VALUE", parameters,
                  "a drive setting that no SDO shows; NAME as in ecaudit profiles FAMILY (repeatable)");
+  std::vector<std::string> settings;
+  for (const std::string_view name : ParameterNames(FamiliesOf({}))) settings.push_back(std::string(name) + "=");
+  options.Words(std::move(settings));
   options.Values("--esi", "PATH", esi,
                  "EtherCAT slave information (XML, or a folder of it): objects and PDOs (repeatable)");
   options.Value("--eni", "FILE", eni, "EtherCAT network information (XML): slaves, names and process image");
   options.Value("--config", "FILE", config, "settings (default: .ecaudit.json beside the capture or above it)");
 }
 
+void CaptureOptions::DeclareIsolate(OptionSet& options) {
+  options.Group("What to read");
+  options.Flag("--isolate", isolate, "evaluate the range alone (default: evaluate all, show what touches the range)");
+}
+
 void GateOptions::Declare(OptionSet& options) {
   options.Group("How to evaluate");
   options.Value("--fail-on", "SEVERITY", fail_on,
                 "exit 1 if any finding has at least this severity: error (default), warning, info, never");
+  options.Words({"error", "warning", "info", "never"});
   options.Values("--rule", "ID=SEVERITY", rules, "error, warning, info, or off for one rule (repeatable)");
+  options.Words(RuleIds("="));
   options.Value("--baseline", "FILE", baseline, "known findings, which do not count");
-  options.Value(
-      "--require", "WHAT", require,
-      "exit 1 unless the capture shows slaves=N,state=OP,axis=enabled,sync=ok,judged (each part is optional)");
+  options.Value("--require", "WHAT", require,
+                "exit 1 unless all holds: slaves=N,state=OP,reached=OP,axis=enabled,sync=ok,judged=90%");
+  options.Words({"slaves=", "state=OP", "reached=OP", "axis=enabled", "axis=commanded", "axis=follows", "sync=ok",
+                 "judged", "judged=90%"});
   options.Value("--write-baseline", "FILE", write_baseline, "write all findings of this run to FILE");
 }
 
@@ -191,6 +226,20 @@ Result<SlaveSelector> ParseSlave(std::string_view text) {
       by_address ? ParseUnsigned<std::uint16_t>(text.substr(2), 16) : ParseUnsigned<std::uint16_t>(text, 10);
   if (!value) return Error{Quoted(text) + " is not a slave: give a position such as 0, or an address such as 0x1001"};
   return SlaveSelector{by_address, *value};
+}
+
+Result<SlaveSelector> ParseShownSlave(std::string_view text) {
+  Result<SlaveSelector> slave = ParseSlave(text);
+  if (slave) {
+    constexpr std::size_t kAddressDigits = 4;
+    if (!slave->by_address && text.size() == kAddressDigits) {
+      slave->or_address = ParseUnsigned<std::uint16_t>(text, 16).value_or(0);
+    }
+    return slave;
+  }
+  // A mistyped number is no name: names of devices begin with a letter.
+  if (text.empty() || std::isalpha(static_cast<unsigned char>(text.front())) == 0) return slave.error();
+  return SlaveSelector{.name = std::string(text)};
 }
 
 std::optional<Error> AddRuleSetting(std::string_view text, AnalysisOptions& analysis) {
@@ -262,13 +311,7 @@ std::optional<Error> AddParameter(std::string_view text, AnalysisOptions& analys
     parameter.slave = *slave;
   }
   parameter.keyword = colon == std::string_view::npos ? left : left.substr(colon + 1);
-  std::set<std::string_view> known;
-  const device::ProfileRegistry& families = FamiliesOf(analysis);
-  for (const std::string& profile : families.Names()) {
-    for (const device::DriveParameter* row : families.Find(profile)->sync.DriveParameters()) {
-      known.insert(row->keyword);
-    }
-  }
+  const std::set<std::string_view> known = ParameterNames(FamiliesOf(analysis));
   if (!known.contains(parameter.keyword)) {
     const std::vector<std::string_view> names(known.begin(), known.end());
     std::string all;
@@ -326,13 +369,14 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
   if (auto error = ApplyRequire(gate.require, settings.required)) return *error;
   if (gate.baseline) settings.baseline = *gate.baseline;
   if (auto error = ApplyRange(options, settings)) return *error;
+  settings.isolated_by = options.isolate ? "--isolate" : options.isolates;
   for (const std::string& text : options.interfaces) {
     const Result<std::uint16_t> interface = ParseInterface(text);
     if (!interface) return interface.error();
     settings.analysis.interfaces.push_back(*interface);
   }
   for (const std::string& text : options.slaves) {
-    const Result<SlaveSelector> slave = ParseSlave(text);
+    const Result<SlaveSelector> slave = ParseShownSlave(text);
     if (!slave) return slave.error();
     settings.slaves.push_back(*slave);
   }

@@ -33,8 +33,11 @@ struct CaptureOptions {
   std::vector<std::string> slaves;
   std::vector<std::string> interfaces;
   std::optional<std::string> from, to, around, window;
+  bool isolate = false;     ///< packets outside the range are not evaluated
+  std::string isolates;     ///< name of a command that does so always; empty: the option decides
   bool local_time = false;  ///< clock times without a zone are those of this machine
   std::optional<std::string> config;
+  bool no_config = false;  ///< neither --config nor a file beside the capture
   /// ESI, ENI and families by the names of their files; kept by ResolveSettings() so that many captures read them once.
   mutable std::map<std::tuple<std::vector<std::string>, std::optional<std::string>, std::vector<std::string>>,
                    std::shared_ptr<const DeviceFiles>>
@@ -47,6 +50,8 @@ struct CaptureOptions {
   void Declare(OptionSet& options);
   /// All but the captures themselves and --join.
   void DeclareSettings(OptionSet& options);
+  /// For commands that evaluate the whole capture and show what touches the range.
+  void DeclareIsolate(OptionSet& options);
 };
 
 /// Options of the commands whose exit status shows what was found.
@@ -65,6 +70,7 @@ struct Settings {
   AnalysisOptions analysis;
   std::vector<SlaveSelector> slaves;  ///< empty: all
   MomentRange moments;                ///< limits that must be placed in each capture; the others stand in `analysis`
+  std::string isolated_by;            ///< option or command that evaluates the range alone; empty: all is evaluated
   report::FailOn fail_on = report::FailOn::kError;
   Requirements required;
   std::string config;                 ///< path; empty: none
@@ -87,10 +93,16 @@ void AddFiles(const Settings& settings, CommandFiles& files);
 /// Asks whether the baseline can be written there; it may take the place of the one that is read.
 [[nodiscard]] std::optional<Error> PlanBaseline(const std::optional<std::string>& write_baseline, CommandFiles& files);
 
+/// "al-refused", ...: for completion.
+/// @param suffix  follows each of them
+[[nodiscard]] std::vector<std::string> RuleIds(std::string_view suffix = {});
+
 // The parts, for tests.
 
 /// "0" is a position, "0x1001" a station address.
 [[nodiscard]] Result<SlaveSelector> ParseSlave(std::string_view text);
+/// The same for --slave, as reports print slaves: also "1001" for the address 0x1001, and a name such as "AKD".
+[[nodiscard]] Result<SlaveSelector> ParseShownSlave(std::string_view text);
 /// "0" is the first interface of a capture.
 [[nodiscard]] Result<std::uint16_t> ParseInterface(std::string_view text);
 /// "al-timeout=warning", "sdo-abort=off".

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "cli/crash.h"
@@ -26,6 +27,11 @@ ExitStatus CaptureRun::Interrupted(Console& console, const std::string& message)
 std::optional<Error> CaptureRun::Prepare() {
   if (std::count(options.captures.begin(), options.captures.end(), "-") > 1) {
     return Error{"standard input (-) can be read only once"};
+  }
+  for (const std::string& capture : options.captures) {
+    std::error_code ignored;
+    if (!std::filesystem::is_directory(capture, ignored)) continue;
+    return Error{capture + " is a folder, not a capture; to check all captures in it: ecaudit batch " + capture};
   }
   if (auto error = AddFiles(options, files)) return error;
   if (options.join) {
@@ -66,15 +72,19 @@ ExitStatus CaptureRun::Run(const CaptureJob& job, report::Report& report, Consol
   const bool interrupted = InterruptFlag() && !read.complete;
   if (!interrupted && report::WithoutEtherCat(capture->report.result)) {
     const std::string nothing = job.name() + ": no EtherCAT frame among " + Count(read.packets, "packet");
-    if (needs_ethercat) return Fail(console, Error{nothing});
+    if (needs_ethercat) {
+      report.unreadable.push_back({job.name(), nothing});
+      return Fail(console, Error{nothing});
+    }
     console.Warning(nothing);
   }
   for (const std::string& slave : capture->unmet) {
     console.Warning(job.name() + " has no slave " + slave +
                     ": the profile and the parameters given for it are not used");
   }
+  for (const std::string& notice : capture->notices) console.Warning(notice);
   for (const std::string& slave : capture->missing) console.Warning(job.name() + " has no slave " + slave);
-  if (capture->lacks_slave) without_slave_.push_back(job.name());
+  if (capture->lacks_slave) without_slave_.emplace_back(job.name(), capture->slaves_there);
   report.captures.push_back(std::move(capture->report));
   if (interrupted) {
     return Interrupted(console, job.name() + ": interrupted after " + Count(read.packets, "packet"));
@@ -90,14 +100,21 @@ void CaptureRun::ReportUnmet(const report::Report& report, Console& console) {
   }
 }
 
+void CaptureRun::ReportUnmatched(const report::Report& report, Console& console) const {
+  const bool any = std::any_of(report.captures.begin(), report.captures.end(),
+                               [](const report::CaptureReport& capture) { return !capture.baseline.empty(); });
+  if (any && !interrupted_) baselines_.WarnOfUnmatched(DigestOf(report).captures, console);
+}
+
 void CaptureRun::MarkKnown(report::CaptureReport& capture) const {
   if (const Baseline* baseline = baselines_.Find(capture.baseline)) ApplyBaseline(*baseline, capture);
 }
 
-std::string CaptureRun::WithoutSlave(const std::string& capture) const {
+std::string CaptureRun::WithoutSlave(const std::pair<std::string, std::string>& capture) const {
   std::string slaves;
   for (const std::string& slave : options.slaves) slaves += (slaves.empty() ? "" : " or ") + slave;
-  return capture + " has no slave " + slaves;
+  return capture.first + " has no slave " + slaves +
+         (capture.second.empty() ? "; it shows no slave" : "; slaves count from 0, and there is " + capture.second);
 }
 
 ExitStatus CaptureRun::ReportMissingSlaves(const report::Report& report, Console& console) const {
@@ -105,7 +122,7 @@ ExitStatus CaptureRun::ReportMissingSlaves(const report::Report& report, Console
   if (without_slave_.size() == report.captures.size()) {
     return without_slave_.empty() ? ExitStatus::kClean : Fail(console, Error{WithoutSlave(without_slave_.front())});
   }
-  for (const std::string& name : without_slave_) console.Warning(WithoutSlave(name));
+  for (const auto& capture : without_slave_) console.Warning(WithoutSlave(capture));
   return ExitStatus::kClean;
 }
 

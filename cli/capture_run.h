@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cli/capture_check.h"
@@ -46,6 +47,8 @@ class CaptureRun {
   /// does not know.
   [[nodiscard]] ExitStatus ReportMissingSlaves(const report::Report& report, Console& console) const;
 
+  /// Reports which entries of the baselines match no finding.
+  void ReportUnmatched(const report::Report& report, Console& console) const;
   /// Reports what is missing of what --require asks for.
   static void ReportUnmet(const report::Report& report, Console& console);
 
@@ -60,12 +63,13 @@ class CaptureRun {
 
  private:
   ExitStatus Interrupted(Console& console, const std::string& message);
-  [[nodiscard]] std::string WithoutSlave(const std::string& capture) const;
+  [[nodiscard]] std::string WithoutSlave(const std::pair<std::string, std::string>& capture) const;
 
   std::vector<CaptureJob> jobs_;
   BaselineShelf baselines_;
   bool interrupted_ = false;
-  std::vector<std::string> without_slave_;  ///< captures that lack the slaves of --slave
+  /// Captures that lack the slaves of --slave, and those that they have.
+  std::vector<std::pair<std::string, std::string>> without_slave_;
 };
 
 }  // namespace ecaudit::cli

@@ -65,6 +65,18 @@ double SecondsOf(const Moment& moment, TimeNs origin) {
   return static_cast<double>(ns) / 1e9;
 }
 
+/// Without what no time stamp holds: the sum of two doubles has digits of its own.
+double WholeNanoseconds(double seconds) {
+  constexpr double kLargest = 9e15;  // ns that a double holds one by one
+  const double ns = seconds * 1e9;
+  return std::abs(ns) < kLargest ? std::round(ns) / 1e9 : seconds;
+}
+
+/// "58 s before the first packet, which is of 2019-05-01T12:00:00Z"
+std::string BeforeText(double seconds, TimeNs origin) {
+  return Fixed(-seconds, 3) + " s before the first packet, which is of " + report::IsoTime(origin);
+}
+
 void SetLimit(const Moment& moment, TimeNs origin, std::optional<double>& seconds, std::optional<FrameNo>& frame) {
   if (moment.kind == Moment::Kind::kFrame) {
     frame = moment.frame;
@@ -109,7 +121,7 @@ bool MomentRange::needs_capture() const {
 }
 
 std::optional<Error> PlaceMoments(const MomentRange& range, std::span<const std::string> paths,
-                                  AnalysisOptions& analysis) {
+                                  AnalysisOptions& analysis, std::vector<std::string>* notices) {
   Anchor anchor;
   if (range.needs_capture()) {
     const bool by_frame = range.around && range.around->kind == Moment::Kind::kFrame;
@@ -137,6 +149,16 @@ std::optional<Error> PlaceMoments(const MomentRange& range, std::span<const std:
     const double seconds = SecondsOf(middle, origin);
     analysis.from_s = seconds - range.window_s;
     analysis.to_s = seconds + range.window_s;
+  }
+  if (analysis.from_s) analysis.from_s = WholeNanoseconds(*analysis.from_s);
+  if (analysis.to_s) analysis.to_s = WholeNanoseconds(*analysis.to_s);
+  if (analysis.to_s && *analysis.to_s < 0) {
+    return Error{paths.front() + ": no packet of the capture lies in the range: " +
+                 (range.around ? "--around and --window end " : "--to is ") + BeforeText(*analysis.to_s, origin)};
+  }
+  if (range.from && analysis.from_s && *analysis.from_s < 0 && notices != nullptr) {
+    notices->push_back(paths.front() + ": --from is " + BeforeText(*analysis.from_s, origin) +
+                       ": the range begins with the capture");
   }
   // There is nothing before the first packet, so no user means that time.
   if (analysis.from_s) analysis.from_s = std::max(0.0, *analysis.from_s);

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "analyzers/options/options.h"
 #include "decoder/base/ids.h"
@@ -46,8 +47,9 @@ struct MomentRange {
 /// Fills the limits of `analysis`.
 /// @param paths  one capture, or the files of one ring buffer; opened and read up to its first time stamp (the frame of
 ///               `around`) where that is needed
+/// @param notices  receives sentences about what the user may not expect; null: not wanted
 /// @return why the range means nothing in this capture
 [[nodiscard]] std::optional<Error> PlaceMoments(const MomentRange& range, std::span<const std::string> paths,
-                                                AnalysisOptions& analysis);
+                                                AnalysisOptions& analysis, std::vector<std::string>* notices = nullptr);
 
 }  // namespace ecaudit::cli

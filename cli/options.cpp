@@ -1,6 +1,8 @@
 #include "cli/options.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 
 #include <CLI/CLI.hpp>
 
@@ -119,6 +121,10 @@ void OptionSet::Arguments(const std::string& name, std::vector<std::string>& tar
   impl_->app.add_option(name, target, help)->type_name("")->required();
 }
 
+void OptionSet::Words(std::vector<std::string> words) {
+  if (!impl_->rows.empty()) impl_->rows.back().words = std::move(words);
+}
+
 void OptionSet::Footer(const std::string& text) {
   impl_->footer = text;
   impl_->app.footer(text);
@@ -131,6 +137,15 @@ OptionSet::Parsed OptionSet::Parse(const std::vector<std::string>& arguments) {
     if (argument.starts_with("--") && argument.find('=') == argument.size() - 1) {
       return {Outcome::kError,
               "option " + argument.substr(0, argument.size() - 1) + " needs a value (see '" + impl_->Hint() + "')"};
+    }
+  }
+  // "-a.pcapng" would be taken for options, one for each letter.
+  for (const std::string& argument : arguments) {
+    if (argument == "--") break;
+    std::error_code ignored;
+    if (argument.size() > 2 && argument[0] == '-' && argument[1] != '-' &&
+        std::filesystem::is_regular_file(argument, ignored)) {
+      return {Outcome::kError, "'" + argument + "' begins like an option; to name the file: ./" + argument};
     }
   }
   // CLI11 reports through exceptions; they end here. It takes the arguments last first.

@@ -33,6 +33,8 @@ class OptionSet {
   void Argument(const std::string& name, std::optional<std::string>& target, const std::string& help, bool required);
   /// One or more positional arguments.
   void Arguments(const std::string& name, std::vector<std::string>& target, const std::string& help);
+  /// The words that can follow the option, or stand for the argument, that was declared last: for completion.
+  void Words(std::vector<std::string> words);
   /// Text below the options in the help.
   void Footer(const std::string& text);
 
@@ -45,6 +47,7 @@ class OptionSet {
     bool argument = false;
     bool required = false;
     bool repeatable = false;
+    std::vector<std::string> words = {};  ///< all that it takes; empty: a file, or anything
   };
   /// In the order in which they were declared.
   [[nodiscard]] const std::vector<Row>& rows() const;

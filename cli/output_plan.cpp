@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <utility>
 
 #include "cli/suggest.h"
 
@@ -20,7 +22,19 @@ Result<std::size_t> NamedFormat(std::string_view name, std::span<const OutputFor
   return Error{"unknown format '" + std::string(name) + "'" + (suggestion.empty() ? " (" + list + ")" : suggestion)};
 }
 
-std::optional<std::size_t> FormatOfPath(std::string_view path, std::span<const OutputFormat> formats) {
+/// In small letters, and with the usual name for another one: "REP.HTM" gives "rep.html".
+std::string PlainEnding(std::string_view given) {
+  std::string path(given);
+  std::transform(path.begin(), path.end(), path.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const auto& [other, usual] : {std::pair(".htm", ".html"), std::pair(".markdown", ".md")}) {
+    if (path.ends_with(other)) return path.substr(0, path.rfind('.')) + usual;
+  }
+  return path;
+}
+
+std::optional<std::size_t> FormatOfPath(std::string_view given, std::span<const OutputFormat> formats) {
+  const std::string path = PlainEnding(given);
   for (std::size_t i = 0; i < formats.size(); ++i) {
     if (path.ends_with(formats[i].extension)) return i;
   }
@@ -28,13 +42,13 @@ std::optional<std::size_t> FormatOfPath(std::string_view path, std::span<const O
 }
 
 /// Endings that a reader opens by their name, so that they must hold what they promise.
-constexpr std::array<std::string_view, 8> kKnownEndings{".json", ".jsonl", ".csv",    ".html",
-                                                        ".xml",  ".sarif", ".pcapng", ".pcap"};
+constexpr std::array<std::string_view, 9> kKnownEndings{".json",  ".jsonl",  ".csv",  ".html", ".xml",
+                                                        ".sarif", ".pcapng", ".pcap", ".md"};
 
 /// What keeps the default format out of `path`.
 std::optional<Error> CheckEnding(const std::string& path, std::span<const OutputFormat> formats) {
   for (const std::string_view ending : kKnownEndings) {
-    if (!path.ends_with(ending)) continue;
+    if (!PlainEnding(path).ends_with(ending)) continue;
     std::string list;
     for (const OutputFormat& format : formats) list += (list.empty() ? "" : ", ") + std::string(format.name);
     return Error{"no format of this command has the ending " + std::string(ending) + " (" + list + "); -o " +
@@ -46,9 +60,17 @@ std::optional<Error> CheckEnding(const std::string& path, std::span<const Output
 
 }  // namespace
 
-void OutputOptions::Declare(OptionSet& options, const std::string& formats) {
+void OutputOptions::Declare(OptionSet& options, std::span<const OutputFormat> formats, const std::string& help) {
   options.Group("Output");
-  options.Value("--format", "FORMAT", format, formats);
+  std::string list = help;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < formats.size(); ++i) {
+    names.emplace_back(formats[i].name);
+    if (!help.empty()) continue;
+    list += (i == 0 ? "" : i + 1 == formats.size() ? " or " : ", ") + names.back() + (i == 0 ? " (default)" : "");
+  }
+  options.Value("--format", "FORMAT", format, list);
+  options.Words(std::move(names));
   options.Values("-o,--output", "[FORMAT=]PATH", outputs,
                  "PATH: write there, not to standard output; FORMAT=PATH: there too (repeatable)");
   text.DeclareColor(options);

@@ -14,20 +14,21 @@
 
 namespace ecaudit::cli {
 
+/// A format that a command offers.
+struct OutputFormat {
+  std::string_view name;       ///< as in --format and -o FORMAT=PATH
+  std::string_view extension;  ///< a file name with this ending gets the format when none is named
+};
+
 /// As typed.
 struct OutputOptions {
   std::optional<std::string> format;
   std::vector<std::string> outputs;
   TextOptions text;
 
-  /// @param formats  what --format takes, for the help: "text (default) or json"
-  void Declare(OptionSet& options, const std::string& formats);
-};
-
-/// A format that a command offers.
-struct OutputFormat {
-  std::string_view name;       ///< as in --format and -o FORMAT=PATH
-  std::string_view extension;  ///< a file name with this ending gets the format when none is named
+  /// @param formats  what --format takes, the default first
+  /// @param help  in place of their list: "csv (default) or jsonl: one JSON object a line"
+  void Declare(OptionSet& options, std::span<const OutputFormat> formats, const std::string& help = {});
 };
 
 /// One destination. "-o PATH" takes the place of standard output, "-o FORMAT=PATH" comes in addition to it.

@@ -7,9 +7,18 @@ source .ci/packages.sh
 
 ensure_packages "${BUILD_PACKAGES[@]}"
 
+needed=3.25
+found=$(cmake --version | sed -n '1s/[^0-9]*\([0-9][0-9.]*\).*/\1/p')
+if ! printf '%s\n' "$needed" "$found" | sort -CV; then
+  say "CMake $needed or newer is needed, and this is $found. Ubuntu 22.04 has no newer package. Two ways:" >&2
+  say "  python3 -m pip install --user cmake     (and ~/.local/bin first in PATH)" >&2
+  say "  the packages of https://apt.kitware.com" >&2
+  exit 1
+fi
+
 say "building the program (build/release)"
 cmake --preset release -DECAUDIT_TESTS=OFF
-cmake --build --preset release --target ecaudit
+cmake --build --preset release --target ecaudit ecaudit_pages
 
 program=build/release/cli/ecaudit
 sample=samples/captures/init-to-op-refused.pcapng
@@ -21,6 +30,16 @@ case $status in
   *) say "exit status $status, but 1 was expected: something is wrong with this build" >&2
      exit 1 ;;
 esac
+
+page=$(mktemp)
+trap 'rm -f "$page"' EXIT
+if ! "$program" check --quiet --fail-on never -o "html=$page" "$sample" >/dev/null 2>&1; then
+  cat <<END
+
+Left out: HTML reports (-o report.html). They need npm and its registry while the program is built:
+  sudo apt-get install npm && cli/quickstart.sh
+END
+fi
 
 cat <<END
 

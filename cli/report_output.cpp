@@ -6,6 +6,17 @@
 #include "cli/output_file.h"
 
 namespace ecaudit::cli {
+namespace {
+
+constexpr std::size_t kText = 0;
+
+}  // namespace
+
+std::vector<OutputFormat> NamesOf(std::span<const report::Format> formats) {
+  std::vector<OutputFormat> names;
+  for (const report::Format& format : formats) names.push_back({format.name, format.extension});
+  return names;
+}
 
 Result<ReportOutput> ReportOutput::Plan(const OutputOptions& options, CommandFiles& files) {
   const std::span<const report::Format> formats = report::Formats();
@@ -18,9 +29,7 @@ Result<ReportOutput> ReportOutput::PlanSummary(const OutputOptions& options, Com
 
 Result<ReportOutput> ReportOutput::Plan(const OutputOptions& options, std::vector<report::Format> formats,
                                         CommandFiles& files) {
-  std::vector<OutputFormat> names;
-  for (const report::Format& format : formats) names.push_back({format.name, format.extension});
-  Result<std::vector<OutputTarget>> targets = PlanOutputs(options, names, files);
+  Result<std::vector<OutputTarget>> targets = PlanOutputs(options, NamesOf(formats), files);
   if (!targets) return targets.error();
   for (const OutputTarget& target : *targets) {
     const report::Format& format = formats[target.format];
@@ -66,8 +75,9 @@ std::optional<Error> WritePieces(const OutputTarget& target, const report::Forma
 
 std::optional<Error> ReportOutput::Write(const report::Report& report, Console& console) const {
   for (const OutputTarget& target : targets_) {
-    if (report.captures.empty() && target.standard()) continue;
     const report::Format& format = formats_[target.format];
+    // The text would repeat the lines of standard error.
+    if (report.captures.empty() && target.standard() && target.format == kText) continue;
     const report::TextStyle style = text_.Style(console, target.standard());
     if (auto error = format.write_pieces != nullptr ? WritePieces(target, format, report, console)
                                                     : WriteTo(target, format.write(report, style), console)) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,9 @@
 #include "decoder/base/result.h"
 
 namespace ecaudit::cli {
+
+/// Their names and endings, for OutputOptions.
+[[nodiscard]] std::vector<OutputFormat> NamesOf(std::span<const report::Format> formats);
 
 /// The reports of one run.
 class ReportOutput {
@@ -32,8 +36,8 @@ class ReportOutput {
   /// One of the formats names lines of the text of `decode`.
   [[nodiscard]] bool lines() const;
 
-  /// Files first, standard output last, so that a closed pipe costs nothing. When no capture could be read, files show
-  /// so and standard output stays empty: the reason stands on standard error.
+  /// Files first, standard output last, so that a closed pipe costs nothing. When no capture could be read, all of
+  /// them show so; only the text leaves standard output empty, since standard error has the same lines.
   [[nodiscard]] std::optional<Error> Write(const report::Report& report, Console& console) const;
   [[nodiscard]] std::optional<Error> Write(const report::Digest& digest, Console& console) const;
 

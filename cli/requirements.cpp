@@ -15,7 +15,7 @@
 namespace ecaudit::cli {
 namespace {
 
-constexpr std::array<std::string_view, 5> kParts{"slaves", "state", "axis", "sync", "judged"};
+constexpr std::array<std::string_view, 6> kParts{"slaves", "state", "reached", "axis", "sync", "judged"};
 constexpr std::array<std::string_view, 3> kAxisRungs{"enabled", "commanded", "follows"};
 constexpr std::array<esc::AlState, 5> kStates{esc::AlState::INIT, esc::AlState::PREOP, esc::AlState::BOOT,
                                               esc::AlState::SAFEOP, esc::AlState::OP};
@@ -36,6 +36,14 @@ std::optional<std::uint16_t> ParseNumber(std::string_view text) {
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (text.empty() || code != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return number;
+}
+
+/// "90%"
+std::optional<std::uint64_t> ParsePercent(std::string_view text) {
+  if (!text.ends_with('%')) return std::nullopt;
+  const std::optional<std::uint16_t> number = ParseNumber(text.substr(0, text.size() - 1));
+  if (!number || *number == 0 || *number > 100) return std::nullopt;
+  return *number;
 }
 
 std::string Slaves(const std::set<unsigned>& positions) {
@@ -70,6 +78,42 @@ void AddOtherStates(esc::AlState wanted, const AnalysisResult& result, std::vect
                       esc::StatusText(status) + " at the end");
   }
   if (!unknown.empty()) missing.push_back(state + ": the AL state of " + Slaves(unknown) + " is not in the capture");
+}
+
+/// "reached=OP: slave 1 never shows OP"
+void AddNeverReached(esc::AlState wanted, const AnalysisResult& result, std::vector<std::string>& missing) {
+  const auto is_there = [wanted](std::uint16_t status, bool echo) {
+    const esc::AlWord word{status};
+    return word.state() == static_cast<std::uint8_t>(wanted) && (echo || !word.bit4());
+  };
+  std::set<unsigned> never;
+  std::set<unsigned> unknown;
+  for (const SlaveSummary& slave : result.slaves) {
+    bool shown = slave.al_status && is_there(*slave.al_status, slave.al_echo);
+    for (const AlStep& step : slave.al_history) {
+      shown = shown || (step.kind == AlStep::Kind::kState && is_there(step.to, step.echo)) ||
+              (step.from != 0 && is_there(step.from, false));
+    }
+    if (!shown) (slave.al_history_left_out > 0 ? unknown : never).insert(slave.position);
+  }
+  const std::string name = esc::StateName(static_cast<std::uint8_t>(wanted));
+  if (!never.empty()) {
+    missing.push_back("reached=" + name + ": " + Slaves(never) + " never " + (never.size() == 1 ? "shows " : "show ") +
+                      name);
+  }
+  if (!unknown.empty()) {
+    missing.push_back("reached=" + name + ": the AL history of " + Slaves(unknown) + " is too long to be kept");
+  }
+}
+
+/// "judged=90%: 57 of 80 evaluations were possible (71%)"
+void AddNotJudged(const Requirements& required, const AnalysisResult& result, std::vector<std::string>& missing) {
+  if (const std::string why = report::WhyLimited(result); !why.empty()) missing.push_back("judged: " + why);
+  const report::CoverageCount count = report::CountOf(result.coverage);
+  if (report::IsJudged(count, required.judged_percent)) return;
+  missing.push_back("judged=" + std::to_string(required.judged_percent) + "%: " + Grouped(count.judged) + " of " +
+                    Grouped(count.applicable()) + " evaluations were possible (" +
+                    std::to_string(count.judged * 100 / count.applicable()) + "%)");
 }
 
 /// "axis=enabled: slave 1 axis 2 is not there (not-asked: ...)"
@@ -128,6 +172,10 @@ Result<Requirements> ParseRequirements(std::string_view text) {
       if (out.state) return Wrong(text, std::string(name) + " appears twice");
       out.state = ParseState(value);
       if (!out.state) return Wrong(text, "state must be INIT, PREOP, BOOT, SAFEOP or OP");
+    } else if (name == "reached") {
+      if (out.reached) return Wrong(text, std::string(name) + " appears twice");
+      out.reached = ParseState(value);
+      if (!out.reached) return Wrong(text, "reached must be INIT, PREOP, BOOT, SAFEOP or OP");
     } else if (name == "axis") {
       if (!out.axis.empty()) return Wrong(text, std::string(name) + " appears twice");
       if (std::find(kAxisRungs.begin(), kAxisRungs.end(), value) == kAxisRungs.end()) {
@@ -138,13 +186,20 @@ Result<Requirements> ParseRequirements(std::string_view text) {
       if (out.sync) return Wrong(text, std::string(name) + " appears twice");
       if (value != "ok") return Wrong(text, "sync must be ok");
       out.sync = true;
-    } else if (part == "judged") {
+    } else if (name == "judged") {
       if (out.judged) return Wrong(text, std::string(name) + " appears twice");
       out.judged = true;
+      if (const std::optional<std::uint64_t> percent = ParsePercent(value)) {
+        out.judged_percent = *percent;
+      } else if (equals != std::string_view::npos) {
+        return Wrong(text, "its share must be from 1% to 100%, such as judged=90%");
+      }
     } else {
-      const std::string known = name == "judged" ? std::string() : Suggestion(name, kParts, "");
+      const std::string known = Suggestion(name, kParts, "");
       return Wrong(text,
-                   "'" + std::string(part) + "' is none of slaves=N, state=STATE, axis=RUNG, sync=ok, judged" + known);
+                   "'" + std::string(part) +
+                       "' is none of slaves=N, state=STATE, reached=STATE, axis=RUNG, sync=ok, judged, judged=90%" +
+                       known);
     }
     if (comma != std::string_view::npos && rest.empty()) return Wrong(text, "it ends with a comma");
   } while (!rest.empty());
@@ -175,11 +230,16 @@ std::vector<std::string> MissingOf(const Requirements& required, const AnalysisR
                         " is not in the capture");
     }
   }
+  if (required.reached) {
+    AddNeverReached(*required.reached, result, missing);
+    if (result.slaves.empty() || there > slaves) {
+      missing.push_back("reached=" + esc::StateName(static_cast<std::uint8_t>(*required.reached)) +
+                        ": the AL states of all slaves are not in the capture");
+    }
+  }
   if (!required.axis.empty()) AddMissingAxes(required.axis, result, missing);
   if (required.sync) AddMissingSync(result, missing);
-  if (required.judged) {
-    if (const std::string why = report::WhyLimited(result); !why.empty()) missing.push_back("judged: " + why);
-  }
+  if (required.judged) AddNotJudged(required, result, missing);
   return missing;
 }
 

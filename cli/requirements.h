@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analyzers/result/analysis_result.h"
+#include "cli/report/coverage_tally.h"
 #include "decoder/base/result.h"
 #include "decoder/esc/al.h"
 
@@ -18,9 +19,11 @@ struct Requirements {
   std::string text;  ///< as typed; empty: nothing is required
   std::optional<std::uint16_t> slaves;
   std::optional<esc::AlState> state;
+  std::optional<esc::AlState> reached;  ///< at any time, by each slave
   std::string axis;   ///< rung that each axis has to reach: "enabled", "commanded" or "follows"; empty: none
   bool sync = false;  ///< each slave with SYNC0 has to be in sync
   bool judged = false;
+  std::uint64_t judged_percent = report::kLeastJudgedPercent;  ///< of what applies, at least
 
   [[nodiscard]] bool any() const { return !text.empty(); }
 };

@@ -40,6 +40,7 @@ void PutFile(JsonObject& out, std::string_view key, const std::string& path) {
 void AddSelectorParts(JsonArray& out, const SlaveSelector& slave) {
   out.Add(slave.by_address);
   out.Add(slave.value);
+  if (!slave.name.empty()) out.Add(slave.name);
 }
 
 void AddSelector(JsonArray& out, const SlaveSelector& slave) {
@@ -118,6 +119,7 @@ std::string SettingsKey(const Settings& settings) {
     }
     if (!settings.moments.text.empty()) key.Put("moments", settings.moments.text);
     PutRows(key, "parameters", analysis.parameters, AddGivenParameter);
+    if (!settings.isolated_by.empty()) key.Put("isolated_by", settings.isolated_by);
     key.Array("range", [&](JsonArray& range) { AddRange(range, analysis); });
     if (settings.required.any()) key.Put("required", settings.required.text);
     key.Array("rules", [&](JsonArray& rules) {

@@ -1,20 +1,47 @@
 #include "cli/slave_filter.h"
 
 #include <algorithm>
+#include <cctype>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "analyzers/judge/capture_advice.h"
-#include "analyzers/judge/finding_order.h"
+#include "cli/finding_filter.h"
+#include "cli/report/digest.h"
+#include "cli/report/layout.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
 
 bool Selects(const SlaveSelector& selector, const SlaveSummary& slave) {
-  return selector.by_address ? slave.station_address == selector.value : slave.position == selector.value;
+  if (!selector.name.empty()) {
+    // Names come from the device, with blanks at their end and letters in any case.
+    const std::string name = report::OneLine(slave.name);
+    return std::equal(name.begin(), name.end(), selector.name.begin(), selector.name.end(), [](char a, char b) {
+      return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
+    });
+  }
+  if (selector.by_address) return slave.station_address == selector.value;
+  return slave.position == selector.value || (selector.or_address != 0 && slave.station_address == selector.or_address);
+}
+
+std::string SlavesThere(const AnalysisResult& result) {
+  constexpr std::size_t kNamed = 8;
+  constexpr std::string_view kPrefix = "slave ";
+  std::string there;
+  for (std::size_t i = 0; i < result.slaves.size() && i < kNamed; ++i) {
+    const SlaveSummary& slave = result.slaves[i];
+    const std::string label =
+        report::SlaveLabel(slave.position, report::PrintableLines(slave.name), slave.station_address);
+    there += (there.empty() ? "" : ", ") + label.substr(kPrefix.size());
+  }
+  if (result.slaves.size() > kNamed) there += " and " + std::to_string(result.slaves.size() - kNamed) + " more";
+  return there;
 }
 
 std::string NameOf(const SlaveSelector& selector) {
+  if (!selector.name.empty()) return selector.name;
   return selector.by_address ? Hex(selector.value) : std::to_string(selector.value);
 }
 
@@ -56,24 +83,9 @@ std::size_t KeepSlaves(std::span<const SlaveSelector> selectors, AnalysisResult&
 
   std::vector<Finding>& findings = result.findings;
   std::vector<bool> keep(findings.size());
-  for (std::size_t i = 0; i < findings.size(); ++i) {
-    if (!selected(findings[i].slave)) continue;
-    for (std::size_t at = i; at < findings.size() && !keep[at]; at = findings[at].caused_by) keep[at] = true;
-  }
-  std::vector<FindingIndex> new_index(findings.size(), kNoFinding);
-  FindingIndex kept = 0;
-  for (std::size_t i = 0; i < findings.size(); ++i) {
-    if (keep[i]) new_index[i] = kept++;
-  }
-  std::vector<Finding> kept_findings;
-  for (std::size_t i = 0; i < findings.size(); ++i) {
-    if (!keep[i]) continue;
-    Finding& finding = findings[i];
-    if (finding.caused_by < findings.size()) finding.caused_by = new_index[finding.caused_by];
-    kept_findings.push_back(std::move(finding));
-  }
-  findings = std::move(kept_findings);
-  SortFindings(findings);
+  for (std::size_t i = 0; i < findings.size(); ++i) keep[i] = selected(findings[i].slave);
+  AddCauses(findings, keep);
+  KeepFindings(keep, findings);
   std::erase_if(result.not_evaluable, [&](const NotEvaluable& entry) { return !selected(entry.slave); });
   for (RuleCoverage& rule : result.coverage) {
     std::erase_if(rule.slaves, [&](const SlaveCoverage& entry) { return !selected(entry.slave); });

@@ -12,7 +12,10 @@ namespace ecaudit::cli {
 
 [[nodiscard]] bool Selects(const SlaveSelector& selector, const SlaveSummary& slave);
 
-/// "0", "0x1001": as the user names it.
+/// "0 (AKD, 0x1001), 1 (EL2004)": for a user who named another.
+[[nodiscard]] std::string SlavesThere(const AnalysisResult& result);
+
+/// "0", "0x1001", "AKD": as the user names it.
 [[nodiscard]] std::string NameOf(const SlaveSelector& selector);
 
 /// Those of `selectors` that name no slave of the capture.

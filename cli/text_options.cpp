@@ -8,11 +8,13 @@ namespace ecaudit::cli {
 void TextOptions::DeclareColor(OptionSet& options) {
   options.Value("--color", "WHEN", color,
                 "auto (default: on terminals, unless NO_COLOR=1), always, never; not in files");
+  options.Words({"auto", "always", "never"});
   options.Flag("--no-color", no_color, "as --color=never");
 }
 
 void TextOptions::DeclareTime(OptionSet& options) {
   options.Value("--time", "HOW", time, "relative (default: seconds from the first packet), utc or local: clock times");
+  options.Words({"relative", "utc", "local"});
 }
 
 void TextOptions::DeclareQuiet(OptionSet& options) {

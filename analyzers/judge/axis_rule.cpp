@@ -64,7 +64,7 @@ void AxisRule::ReportOf(SlaveId slave, std::uint8_t number, const progress::Axis
   (void)Report(key, std::move(finding));
 }
 
-/// What the drive itself says of its fault, from whichever source the capture has.
+/// What the drive itself shows of its fault, from whichever source the capture has.
 void AxisRule::SetFault(Finding& finding, SlaveId slave, std::uint8_t number, const progress::AxisWatch& axis) const {
   const device::DeviceDescription& family = *context().slave(slave).profile;
   if (const auto found = explained_.find({slave, number}); found != explained_.end()) {

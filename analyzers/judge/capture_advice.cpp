@@ -104,6 +104,10 @@ std::string TextOf(Way way, const std::set<SlavePos>& slaves, const AnalysisResu
                  ? "EtherCAT frames, at a tap between master and first slave or at the master's own port"
                  : "both directions, at a tap between master and first slave or at the master's own port";
     case Way::kFromPowerOn:
+      if (result.capture.earlier_left_out) {
+        return "nothing new: the range leaves out earlier packets of this capture, so let it begin with them, or "
+               "evaluate all of them (without --isolate)";
+      }
       return "from before the master starts: how slaves are addressed and set up is seen only then";
     case Way::kReadStatus:
       return "let the master read AL Status (0x0130) of " + Named(slaves);

@@ -44,7 +44,8 @@ FindingIndex FindingStore::CountOn(FindingIndex index, const Finding& finding) {
 FindingIndex FindingStore::Add(const RuleInfo& rule, std::uint64_t key, Severity severity, Finding finding) {
   if (IsOff(rule)) return kNoFinding;
   const auto setting = settings_.find(rule.id);
-  finding.severity = setting != settings_.end() ? setting->second.severity : severity;
+  finding.severity_is_chosen = setting != settings_.end();
+  finding.severity = finding.severity_is_chosen ? setting->second.severity : severity;
   Listed& of_slave = per_slave_[{&rule, finding.slave, finding.severity}];
   Listed& of_rule = per_rule_[{&rule, finding.severity}];
   std::size_t& listed = by_severity_[static_cast<std::size_t>(finding.severity)];

@@ -31,6 +31,8 @@ struct RuleSetting {
 struct SlaveSelector {
   bool by_address = false;
   std::uint16_t value = 0;
+  std::uint16_t or_address = 0;  ///< "1001" is a position, or the address 0x1001; 0: it can be no address
+  std::string name = {};         ///< in place of both, as reports print it
 };
 
 /// A parameter of a drive that the capture does not show and the user knows.

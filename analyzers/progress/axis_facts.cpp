@@ -116,7 +116,7 @@ constexpr std::array kFacts{
     AxisFactRow{AxisFact::kLags,
                 "follows",
                 "drive-not-following",
-                {"falls-behind", "the actual value falls behind the set point"}},
+                {"falls-behind", "the actual value lags the set point"}},
     AxisFactRow{AxisFact::kStandsStill,
                 "follows",
                 "drive-not-following",

@@ -1,4 +1,4 @@
-/// What each fact about an axis is called, which rung it holds and which rule tells of it.
+/// What each fact about an axis is called, which rung it holds and which rule reports it.
 #pragma once
 
 #include "analyzers/progress/axis_records.h"

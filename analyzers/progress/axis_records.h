@@ -104,7 +104,7 @@ class AxisRecords {
   [[nodiscard]] bool IsDue(AxisFact fact, Lasting& lasting, TimeNs held, TimeNs limit, const FrameRef& frame,
                            Quantity quantity = Quantity::kNone) {
     if (held < limit) return false;
-    if (lasting.Tell()) return true;
+    if (lasting.Report()) return true;
     Extend(fact, quantity, frame);
     return false;
   }

@@ -54,7 +54,7 @@ struct AxisView {
   [[nodiscard]] bool Rises(unsigned bit) const {
     return control_changed && Control(bit) && (control_before >> bit & 1U) == 0;
   }
-  /// The mode that the drive works in; nothing where neither 6061h nor 6060h says it.
+  /// The mode that the drive works in; nothing where neither 6061h nor 6060h reports it.
   [[nodiscard]] std::optional<std::int8_t> mode() const {
     if (mode_shown) return mode_shown;
     return mode_mapped ? mode_mapped : mode_by_sdo;

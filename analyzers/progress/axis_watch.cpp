@@ -39,7 +39,7 @@ void AxisWatch::Side(const SlaveSide& slave) {
 }
 
 void AxisWatch::OnOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
-  // The last of cycles that were alike is told once more.
+  // The last of cycles that were alike is handled once more.
   if (frame.number <= last_outputs_) return;
   last_outputs_ = frame.number;
   Side(slave);
@@ -123,7 +123,7 @@ void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameR
   }
 }
 
-/// What the drive says by SDO is what it has; process data that show another value for long are read at a wrong place.
+/// What the drive shows by SDO is what it has; process data that show another value for long are read at a wrong place.
 void AxisWatch::FollowShown(std::int64_t value, bool download, const FrameRef& frame) {
   constexpr TimeNs kSettledNs = 100'000'000;
   if (download || !now_.mode_shown || *now_.mode_shown == value) return;

@@ -45,7 +45,7 @@ class AxisWatch {
   /// A completed transfer of an object with a role.
   void OnSdo(Role role, std::int64_t value, bool download, const FrameRef& frame, const SlaveSide& slave);
   void SetLimit(bool most, std::int64_t value) { (most ? now_.limits.most : now_.limits.least) = value; }
-  /// Frames are missing, or the bus starts anew: what lasts begins anew.
+  /// Frames are missing, or the bus starts again: what lasts starts again.
   void Forget();
 
   /// The same values again would change nothing.

@@ -208,7 +208,7 @@ void CommandCheck::Mode(const AxisView& now, AxisRecords& out) {
   const Quantity needed = mode_ ? QuantityOf(*mode_) : Quantity::kNone;
   // A target velocity beside a position that stays is meant for a velocity mode; echoes of actual values are not meant.
   const auto asked = now.mode_mapped.value_or(0) != 0 ? now.mode_mapped : now.mode_by_sdo;
-  const bool mode_taken = asked.value_or(0) == 0 || asked == mode_;  // else drive-mode-not-shown says it
+  const bool mode_taken = asked.value_or(0) == 0 || asked == mode_;  // else drive-mode-not-shown reports it
   const bool unused = mode_taken && mode_ == kCyclicPosition && moving == Quantity::kVelocity &&
                       Of(Quantity::kPosition).changes == 0 && now.Target(moving).value_or(0) != 0;
   const bool elsewhere = known && needed != Quantity::kNone && needed != moving && (!now.Target(needed) || unused);

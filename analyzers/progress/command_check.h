@@ -23,10 +23,10 @@ class CommandCheck {
     return start_missing_.active() || start_stands_.active() || unacknowledged_.active() || halt_.active() ||
            ramp_bits_.active() || overwritten_.active() || no_mode_.active() || not_mapped_.active();
   }
-  /// More changes of the set points tell nothing new.
+  /// More changes of the set points add nothing new.
   [[nodiscard]] bool settled() const;
 
-  /// The first moment at which the enabled axis was told to move; not seen(): it never was.
+  /// The first moment at which the enabled axis was commanded to move; not seen(): it never was.
   [[nodiscard]] const FrameRef& commanded() const { return commanded_; }
   /// A motion was wanted, whether or not anything started it.
   [[nodiscard]] bool wanted() const { return wanted_; }

@@ -212,7 +212,7 @@ void EnableCheck::OnSdoControl(const AxisView& now, std::uint16_t word, const Fr
 
 void EnableCheck::FollowSdo(const AxisView& now, AxisRecords& out) {
   if (!by_sdo_) return;
-  // The process data ask for the same by now, or the drive did what the download said.
+  // The process data ask for the same by now, or the drive did what the download asked for.
   if (now.enabled() || now.control == by_sdo_->word || (IsFault(now.state_before) && !IsFault(now.state))) {
     by_sdo_.reset();
     return;

@@ -104,15 +104,15 @@ void FollowCheck::Position(const AxisView& now, AxisRecords& out) {
   const bool still = far && Magnitude(way.actual) * kShare < Magnitude(way.target);
   const bool wrong =
       far && way.actual != 0 && !way.SameDirection() && Magnitude(way.actual) * 2 > Magnitude(way.target);
-  Tell(AxisFact::kStandsStill, still_, still, kStillNs, way, now, out);
-  Tell(AxisFact::kWrongWay, wrong_way_, wrong, kStillNs, way, now, out);
+  Report(AxisFact::kStandsStill, still_, still, kStillNs, way, now, out);
+  Report(AxisFact::kWrongWay, wrong_way_, wrong, kStillNs, way, now, out);
   const bool moves = Magnitude(way.actual) * kShare >= Magnitude(way.target);
   if (moves && (way.target == 0 || way.SameDirection())) together_ = {*target, *actual};
 
   const Way slow = WayFrom(slow_from_, *target, *actual);
   const bool half = Magnitude(slow.actual) * 2 >= Magnitude(slow.target);
   const bool behind = Magnitude(slow.target) >= kLeastTravel && !half && !still && !wrong && slow.SameDirection();
-  Tell(AxisFact::kLags, slow_, behind, kStillNs, slow, now, out);
+  Report(AxisFact::kLags, slow_, behind, kStillNs, slow, now, out);
   if (half || still || wrong) slow_from_ = {*target, *actual};
 
   if (follows_.seen()) return;
@@ -138,13 +138,13 @@ void FollowCheck::Profile(const AxisView& now, AxisRecords& out) {
   const Way way = WayFrom(begin_, goal_, *actual);
   const bool halted = now.Control(kHaltBit) || now.Status(kReachedBit);
   const bool still = Magnitude(way.target) >= kLeastTravel && Magnitude(way.actual) * kShare < Magnitude(way.target);
-  Tell(AxisFact::kStandsStill, still_, still && !halted, kRampNs, way, now, out);
+  Report(AxisFact::kStandsStill, still_, still && !halted, kRampNs, way, now, out);
   if (!follows_.seen() && way.target != 0 && way.SameDirection() && Magnitude(way.actual) * 2 > Magnitude(way.target)) {
     follows_ = now.frame;
   }
 }
 
-void FollowCheck::Tell(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
+void FollowCheck::Report(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
                        AxisRecords& out) {
   const TimeNs held = lasting.Hold(holds, now.frame);
   if (!out.IsDue(fact, lasting, held, limit, now.frame, Quantity::kPosition)) return;

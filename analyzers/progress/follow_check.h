@@ -45,7 +45,7 @@ class FollowCheck {
   void Homing(const AxisView& now, AxisRecords& out);
   void Velocity(const AxisView& now, AxisRecords& out);
   /// Adds `fact` once it has held for `limit`.
-  static void Tell(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
+  static void Report(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
                    AxisRecords& out);
 
   std::optional<std::int8_t> mode_;

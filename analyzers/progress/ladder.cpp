@@ -68,8 +68,8 @@ void Mark(const Ladder& ladder, AnalysisResult& result) {
     if (!failed || rung.held_by >= result.findings.size()) continue;
     if (std::find(kRungsOfWarnings.begin(), kRungsOfWarnings.end(), rung.rung->code) == kRungsOfWarnings.end())
       continue;
-    std::string_view& holds = result.findings[rung.held_by].holds;
-    if (holds.empty()) holds = rung.rung->code;
+    Finding& finding = result.findings[rung.held_by];
+    if (finding.holds.empty() && !finding.severity_is_chosen) finding.holds = rung.rung->code;
   }
 }
 

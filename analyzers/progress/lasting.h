@@ -30,7 +30,7 @@ class Lasting {
     told_ = false;
   }
   /// True once in each episode.
-  [[nodiscard]] bool Tell() {
+  [[nodiscard]] bool Report() {
     if (told_) return false;
     told_ = true;
     return true;

@@ -7,7 +7,7 @@
 namespace ecaudit::progress {
 namespace {
 
-/// Parts are made anew whenever a mapping changes.
+/// Parts are made again whenever a mapping changes.
 constexpr std::size_t kMostPlaces = 16'384;
 
 constexpr std::uint16_t kSoftwareLimits = 0x607D;

@@ -1,6 +1,6 @@
 /// in: an axis, moment by moment.  out: targets that no drive can follow: jumps, echoes of the actual value, limits.
 ///
-/// A jump is told only with what came of it: the axis runs after it, or a fault or following error. A target that was
+/// A jump is reported only with what came of it: the axis runs after it, or a fault or following error. A target that was
 /// 0 and stays so where nothing moves may be one that the drive does not use.
 #pragma once
 

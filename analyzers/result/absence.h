@@ -1,4 +1,4 @@
-/// in: findings.  out: when a slave took no part in the bus, by what they say.
+/// in: findings.  out: when a slave took no part in the bus, by what they report.
 #pragma once
 
 #include <vector>

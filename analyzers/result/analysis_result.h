@@ -55,6 +55,7 @@ struct CaptureSummary {
   FrameRef origin;                     ///< first packet of the file with a time stamp: seconds count from there
   FrameRef first;                      ///< first packet of the range with a time stamp
   FrameRef last;
+  bool earlier_left_out = false;       ///< the range leaves out packets before it, and they were not evaluated
   std::optional<std::int64_t> duration_ns;  ///< from `first` to `last`, without what the clock jumped between
   DirectionSeen direction = DirectionSeen::kNone;
   TimestampQuality timestamps;

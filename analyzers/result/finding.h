@@ -55,6 +55,8 @@ struct Finding {
   FindingIndex caused_by = kNoFinding;
   /// The lowest rung (result/progress.h) that the master wanted and did not reach, or lost, because of it: "enabled".
   std::string_view holds;
+  /// The user set the severity of the rule: only that decides whether the finding fails the capture.
+  bool severity_is_chosen = false;
   Confidence confidence = Confidence::kObserved;
   Reference reference;
 

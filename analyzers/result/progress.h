@@ -15,7 +15,7 @@ enum class RungStatus : std::uint8_t {
   kLost,        ///< reached, and lost again although the master did not ask for that
   kNotReached,  ///< the master asked for it
   kNotAsked,    ///< nothing in the capture asks for it: an idle axis is healthy
-  kUnknown,     ///< `why` says what is missing
+  kUnknown,     ///< `why` shows what is missing
 };
 
 /// "reached", "lost", "not-reached", "not-asked", "unknown": public interface.
@@ -41,7 +41,7 @@ struct Rung {
   FrameRef since;  ///< first frame that shows it reached; not seen(): it is not, or no frame shows when
   FrameRef until;  ///< the frame that shows it gone, asked for or not
   const Word* why =
-      nullptr;          ///< what holds it, or what is missing to know it; null where a finding says it, or nothing
+      nullptr;          ///< what holds it, or what is missing to know it; null where a finding reports it, or nothing
   FrameRef held_since;  ///< where what holds it began
   FindingIndex held_by = kNoFinding;
 };

@@ -129,8 +129,21 @@ std::string StepValue(const StartupKey& key, ByteSpan data, const model::SlaveMo
   return {};
 }
 
-std::string ExpectedValue(const ExpectedStep& step, const model::SlaveModel* slave) {
-  if (step.number) return std::to_string(*step.number);
+std::string ExpectedValue(const ExpectedStep& step, const model::SlaveModel* slave, std::size_t bytes) {
+  if (step.number) {
+    std::vector<std::uint8_t> data;
+    auto rest = static_cast<std::uint64_t>(*step.number);
+    for (std::size_t i = 0; i < bytes && i < sizeof(rest); ++i, rest >>= 8) {
+      data.push_back(static_cast<std::uint8_t>(rest & 0xFFU));
+    }
+    const bool fits =
+        bytes >= sizeof(rest) || rest == 0 || (*step.number < 0 && rest + 1 == std::uint64_t{1} << (64 - 8 * bytes));
+    std::string shown = fits ? StepValue(step.key, data, slave) : std::string();
+    if (!shown.empty()) return shown;
+    constexpr std::int64_t kPlain = 10;
+    const std::string decimal = std::to_string(*step.number);
+    return *step.number < kPlain ? decimal : decimal + " (" + Hex(static_cast<std::uint64_t>(*step.number), 1) + ")";
+  }
   if (step.data) return StepValue(step.key, *step.data, slave);
   return "any value";
 }

@@ -22,7 +22,8 @@ namespace ecaudit::startup {
 /// "0x1100 6 bytes, buffered, ECAT writes, enabled", "7 (0x07)"; empty where a step has no value.
 [[nodiscard]] std::string StepValue(const StartupKey& key, ByteSpan data, const model::SlaveModel* slave);
 /// The same for a step that is expected; "any value".
-[[nodiscard]] std::string ExpectedValue(const ExpectedStep& step, const model::SlaveModel* slave);
+/// @param bytes  length of the actual value; a number is then shown in the form of that value
+[[nodiscard]] std::string ExpectedValue(const ExpectedStep& step, const model::SlaveModel* slave, std::size_t bytes);
 /// Where two values of a structure differ, as pairs of texts: "length 1024 bytes" and "length 512 bytes" of a sync
 /// manager. Empty for all else, and where nearly everything differs: then the whole values show more.
 [[nodiscard]] std::pair<std::string, std::string> DifferingParts(const StartupKey& key, ByteSpan a, ByteSpan b);

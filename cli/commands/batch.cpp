@@ -59,8 +59,10 @@ class BatchCommand : public Command {
     options.Group("What to read");
     options.Flag("--join", options_.join, "read the files of each ring buffer as one capture (grouped by their names)");
     options_.DeclareSettings(options);
+    options_.DeclareIsolate(options);
     gate_.Declare(options);
-    output_.Declare(options, "of the summary: " + report::FormatList(report::SummaryFormats()));
+    output_.Declare(options, NamesOf(report::SummaryFormats()),
+                    "of the summary: " + report::FormatList(report::SummaryFormats()));
     output_.text.DeclareTime(options);
     output_.text.DeclareQuiet(options);
     options.Footer(
@@ -75,6 +77,18 @@ class BatchCommand : public Command {
     options_.ReportSkipped(console);
     files_.Reads(paths_, kCaptureRole);
     // First the folder: the summary may be meant to stand in it.
+    std::error_code ignored;
+    const bool new_folder = !fs::exists(*folder_, ignored);
+    const bool new_pages = !batch_.pages.empty() && !fs::exists(batch_.pages, ignored);
+    const ExitStatus status = RunIn(console);
+    // A command line that was wrong leaves no folder; one with something in it is not removed.
+    if (new_pages) fs::remove(batch_.pages, ignored);
+    if (new_folder) fs::remove(*folder_, ignored);
+    return status;
+  }
+
+ private:
+  [[nodiscard]] ExitStatus RunIn(Console& console) {
     if (const auto error = MakeReportFolder(*folder_)) return Fail(console, *error);
     if (!batch_.pages.empty()) {
       if (const auto error = MakeReportFolder(batch_.pages)) return Fail(console, *error);
@@ -103,6 +117,7 @@ class BatchCommand : public Command {
     const report::Digest digest = Collect(results, console);
     // As check has it: wrong usage when no capture has any of them.
     if (lack_slaves_) return Fail(console, Error{"no capture has a slave of --slave; there is no summary"});
+    if (digest.not_reached == 0) baselines_.WarnOfUnmatched(digest.captures, console);
     status = Worst(status, Deliver(digest, *output, gate_.write_baseline, console));
     ReportOutcome(results, digest, console);
     const bool crashed = std::any_of(results.begin(), results.end(), [](const BatchResult& r) { return r.crashed; });
@@ -110,7 +125,6 @@ class BatchCommand : public Command {
     return digest.not_reached > 0 && InterruptFlag() ? Worst(status, ExitStatus::kInterrupted) : status;
   }
 
- private:
   [[nodiscard]] std::optional<Error> Prepare() {
     options_.local_time = output_.text.time == Name(report::TimeMode::kLocal);
     if (auto error = ReadWorkers()) return error;
@@ -124,6 +138,10 @@ class BatchCommand : public Command {
     if (!list) return list.error();
     paths_ = std::move(list->files);
     passed_over_ = std::move(list->passed_over);
+    std::error_code ignored;
+    const bool none =
+        std::none_of(paths_.begin(), paths_.end(), [&](const std::string& path) { return fs::exists(path, ignored); });
+    if (none && !paths_.empty() && list->unreadable.empty()) return Error{"no such file: " + paths_.front()};
     if (options_.join) {
       for (std::vector<std::string>& files : GroupRingBuffers(paths_)) {
         if (auto error = AddJob(std::move(files))) return error;
@@ -133,13 +151,7 @@ class BatchCommand : public Command {
         if (auto error = AddJob({path})) return error;
       }
     }
-    for (const report::UnreadableCapture& folder : list->unreadable) {
-      BatchJob job;
-      job.path = folder.path;
-      job.report = (fs::path(*folder_) / ReportName(folder.path)).string();
-      job.problem = folder.message;
-      jobs_.push_back(std::move(job));
-    }
+    for (const report::UnreadableCapture& folder : list->unreadable) AddUnreadable(folder.path, folder.message);
     return std::nullopt;
   }
 
@@ -188,7 +200,25 @@ class BatchCommand : public Command {
   struct Prepared {
     std::shared_ptr<const Settings> settings;
     std::string key;
+    std::string problem;  ///< why there are none; empty: there are
   };
+
+  /// True when the command line would be right without the configuration file that was found beside the capture.
+  [[nodiscard]] bool IsOfConfigAlone(const std::string& path, const std::string& config) {
+    if (config.empty() || options_.config) return false;
+    options_.no_config = true;
+    const bool right = ResolveSettings(options_, gate_, path) && !baselines_.Load(gate_.baseline.value_or(""));
+    options_.no_config = false;
+    return right;
+  }
+
+  void AddUnreadable(const std::string& path, const std::string& why) {
+    BatchJob job;
+    job.path = path;
+    job.report = (fs::path(*folder_) / ReportName(path)).string();
+    job.problem = why;
+    jobs_.push_back(std::move(job));
+  }
 
   [[nodiscard]] std::optional<Error> AddJob(std::vector<std::string> files) {
     const std::string& path = files.front();
@@ -196,11 +226,22 @@ class BatchCommand : public Command {
     auto prepared = prepared_.find(config);
     if (prepared == prepared_.end()) {
       Result<Settings> settings = ResolveSettings(options_, gate_, path);
-      if (!settings) return settings.error();
-      if (auto error = baselines_.Load(settings->baseline)) return error;
+      std::optional<Error> error = settings ? baselines_.Load(settings->baseline) : settings.error();
+      if (error && !IsOfConfigAlone(path, config)) return error;
+      if (error) {
+        // One folder whose settings are wrong does not keep the others from being checked.
+        prepared_.emplace(config, Prepared{nullptr, {}, error->message});
+        AddUnreadable(files.front(), error->message);
+        return std::nullopt;
+      }
       AddFiles(*settings, files_);
       std::string key = SettingsKey(*settings);
-      prepared = prepared_.emplace(config, Prepared{std::make_shared<const Settings>(std::move(*settings)), key}).first;
+      prepared =
+          prepared_.emplace(config, Prepared{std::make_shared<const Settings>(std::move(*settings)), key, {}}).first;
+    }
+    if (!prepared->second.problem.empty()) {
+      AddUnreadable(files.front(), prepared->second.problem);
+      return std::nullopt;
     }
     BatchJob job;
     for (const std::string& file : files) job.path += (job.path.empty() ? "" : ", ") + file;
@@ -226,6 +267,7 @@ class BatchCommand : public Command {
       const BatchResult& result = results[i];
       if (result.lacks_slave) ++lacking;
       if (result.lacks_slave) console.Warning(jobs_[i].path + " has none of the slaves of --slave");
+      for (const std::string& notice : result.notices) console.Warning(notice);
       for (const std::string& slave : result.missing) console.Warning(jobs_[i].path + " has no slave " + slave);
       for (const std::string& slave : result.unmet) {
         console.Warning(jobs_[i].path + " has no slave " + slave +

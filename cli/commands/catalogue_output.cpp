@@ -12,6 +12,7 @@ namespace ecaudit::cli {
 
 void CatalogueOutput::Declare(OptionSet& options) {
   options.Value("--format", "FORMAT", format_, "text (default) or json");
+  options.Words({"text", "json"});
   text_.DeclareColor(options);
 }
 

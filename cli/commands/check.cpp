@@ -23,14 +23,14 @@ class CheckCommand : public Command {
 
   void Declare(OptionSet& options) override {
     run_.options.Declare(options);
+    run_.options.DeclareIsolate(options);
     run_.gate.Declare(options);
-    output_.Declare(options, report::FormatList(report::Formats()));
+    output_.Declare(options, NamesOf(report::Formats()));
     output_.text.DeclareTime(options);
     output_.text.DeclareQuiet(options);
     options.Footer(
-        "\nExit status: 0 nothing at or above --fail-on and nothing wanted is missing, 1 findings, 2 wrong usage or "
-        "unreadable input,\n"
-        "130 interrupted: the report covers what was read until then.\n"
+        "\nExit status: 0 nothing at or above --fail-on and nothing wanted is missing, 1 findings, 2 wrong usage or\n"
+        "unreadable input, 130 interrupted: the report covers what was read until then.\n"
         "Example: ecaudit check --rule al-timeout=warning -o json=report.json trace.pcapng");
   }
 
@@ -62,6 +62,7 @@ class CheckCommand : public Command {
     // Captures without the slaves of --slave: wrong usage when that is all of them.
     if (run_.ReportMissingSlaves(report, console) != ExitStatus::kClean) return ExitStatus::kUsage;
     CaptureRun::ReportUnmet(report, console);
+    run_.ReportUnmatched(report, console);
     if (const auto error = output->Write(report, console)) status = Worst(status, CaptureRun::Fail(console, *error));
     if (const auto error = run_.WriteBaselineOf(report)) status = Worst(status, CaptureRun::Fail(console, *error));
     return Worst(status, report::Gates(report::Summarise(report)) ? ExitStatus::kFindings : ExitStatus::kClean);

@@ -19,6 +19,7 @@ class CompletionCommand : public Command {
 
   void Declare(OptionSet& options) override {
     options.Argument("SHELL", shell_, "bash, zsh or fish; man: the manual page instead", true);
+    options.Words({"bash", "zsh", "fish", "man"});
     options.Value("--command", "COMMAND", command_, "with man: the page of this command (default: of the program)");
     options.Footer(
         "\n  source <(ecaudit completion bash)                    # for this shell; in ~/.bashrc for all\n"

@@ -87,7 +87,8 @@ class DatagramWriter final : public LineWriter {
     if (context_->settings.slaves.empty()) return true;
     for (const SlaveSelector& selector : context_->settings.slaves) {
       if (!selector.by_address && row.slave && *row.slave == selector.value) return true;
-      if (selector.by_address && wire::IsNodeAddressed(d.command()) && d.adp() == selector.value) return true;
+      const std::uint16_t address = selector.by_address ? selector.value : selector.or_address;
+      if (address != 0 && wire::IsNodeAddressed(d.command()) && d.adp() == address) return true;
     }
     return slave != kNoSlave && SelectsSlave(context_->settings.slaves, network, slave);
   }

@@ -30,7 +30,7 @@ class DiffCommand : public Command {
 
   void Declare(OptionSet& options) override {
     run_.options.Declare(options);
-    output_.Declare(options, "text (default) or json");
+    output_.Declare(options, kDiffFormats);
     options.Footer(
         "\nSlaves are matched by identity and position; values that vary between two runs of one master are not "
         "compared.\n"
@@ -40,6 +40,7 @@ class DiffCommand : public Command {
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
+    run_.options.isolates = "diff";
     if (run_.options.join) return CaptureRun::Fail(console, Error{"diff compares two captures; it cannot join them"});
     if (run_.options.captures.size() != 2) {
       return CaptureRun::Fail(console, Error{"diff compares two captures, A and B; " +

@@ -23,6 +23,9 @@ class EventsCommand : public Command {
     options.Group("What to read");
     options.Values("--type", "TYPE,...", types_,
                    "only events of these types (repeatable); ecat-event is shown only if it is named");
+    std::vector<std::string> types;
+    for (std::size_t i = 0; i < kEventTypes; ++i) types.emplace_back(Name(static_cast<EventType>(i)));
+    options.Words(std::move(types));
     std::string list = EventTypeList();
     if (const std::size_t middle = list.find(" emergency"); middle != std::string::npos) list[middle] = '\n';
     options.Footer("\nTypes:\n" + list +

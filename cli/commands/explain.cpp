@@ -147,7 +147,9 @@ class ExplainCommand : public Command {
 
   void Declare(OptionSet& options) override {
     options.Argument("WHAT", what_, "id of a rule, or a number as below", true);
+    options.Words(RuleIds());
     options.Value("--profile", "PROFILE", profile_, "show only the standard and this family");
+    options.Words(device::BuiltinProfileNames());
     options.Values("--profiles", "PATH", paths_, "more drive families: a JSON file or a folder of them (repeatable)");
     output_.Declare(options);
     options.Footer(
@@ -157,9 +159,11 @@ class ExplainCommand : public Command {
         "  0x06090011             SDO abort code\n"
         "  F125, n503             fault or warning that a drive shows\n"
         "  6040h, 1018h:1         object, by family; 6040h, 6041h and 6060h with bits and values\n"
+        "  6041h=0x1237           value of an object: state and bits\n"
+        "  6041, 1C12:1, 27       the same without a mark; 27 is a code in decimal and in hexadecimal\n"
         "  0x0130, 0x0810         register with its bits\n"
         "  FPRD                   datagram command\n"
-        "  SAFEOP                 AL state\n"
+        "  SAFEOP, SAFEOP+ERR     AL state\n"
         "  enabled, sync          rung of the ladder under Progress: what it needs and what may hold it\n"
         "  \"axis does not move\"   the rungs in order; also \"does not reach OP\", \"drops out of OP\"");
   }

@@ -53,9 +53,10 @@ class MergeCommand : public Command {
     options.Group("How to evaluate");
     options.Value("--fail-on", "SEVERITY", fail_on_,
                   "instead of what the reports were made with: error, warning, info or never");
+    options.Words({"error", "warning", "info", "never"});
     options.Value("--baseline", "FILE", baseline_, "known findings, which do not count");
     options.Value("--write-baseline", "FILE", write_baseline_, "write all findings of the reports to FILE");
-    output_.Declare(options, report::FormatList(report::SummaryFormats()));
+    output_.Declare(options, NamesOf(report::SummaryFormats()));
     output_.text.DeclareTime(options);
     output_.text.DeclareQuiet(options);
     options.Footer(
@@ -81,6 +82,11 @@ class MergeCommand : public Command {
     if (!complete) return ExitStatus::kUsage;
     if (digest_.captures.empty()) return Fail(console, Error{"the reports hold no capture"});
     if (versions_.size() > 1 || !versions_.contains(digest_.version)) WarnOfVersions(console);
+    if (baseline_) {
+      std::vector<const report::CaptureDigest*> captures;
+      for (const report::CaptureDigest& capture : digest_.captures) captures.push_back(&capture);
+      for (const std::string& text : UnmatchedEntries(known_, captures)) console.Warning(*baseline_ + ": " + text);
+    }
     SortCaptures(digest_);
     return Deliver(digest_, *output, write_baseline_, console);
   }

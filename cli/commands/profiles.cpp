@@ -126,6 +126,7 @@ class ProfilesCommand : public Command {
 
   void Declare(OptionSet& options) override {
     options.Argument("NAME", name_, "a profile; without it all are listed", false);
+    options.Words(device::BuiltinProfileNames());
     options.Flag("--full", full_, "with NAME: also each object, emergency code and bit");
     options.Values("--profiles", "PATH", paths_, "more drive families: a JSON file or a folder of them (repeatable)");
     output_.Declare(options);
@@ -134,6 +135,7 @@ class ProfilesCommand : public Command {
                    "list all mistakes in this file with their lines; exit 1 if there is one (repeatable)");
     options.Value("--new", "NAME", new_, "create a family file: on standard output, or -o FILE");
     options.Value("--from", "FAMILY", from_, "with --new: the family that it extends (default: generic)");
+    options.Words(device::BuiltinProfileNames());
     options.Value("--esi", "FILE", esi_, "with --new: take identity, PDOs, objects, mailboxes and DC modes from there");
     options.Value("--product", "CODE", product_, "with --esi: the device, where the file has several");
     options.Value("-o,--output", "FILE", file_, "with --new: write to FILE; an existing file is kept");

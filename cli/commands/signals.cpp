@@ -21,7 +21,7 @@ class SignalsCommand : public Command {
   }
 
   void Declare(OptionSet& options) override {
-    run_.Declare(options, RowFormatsHelp());
+    run_.Declare(options, SignalWriter::Formats(), RowFormatsHelp());
     options.Group("What to read");
     options.Values("--signal,--object", "NAME,...", signals_,
                    "only these, by name or object, with * and ?: 'position*', 6041h, 's0.*' (repeatable)");

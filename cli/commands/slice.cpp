@@ -27,6 +27,7 @@ class SliceCommand : public Command {
     options.Group("What to read");
     options.Values("--finding", "ID,...", findings_,
                    "the frames of this finding and of its causes: f1 as in the report, or a rule (repeatable)");
+    options.Words(RuleIds());
     options.Value("--frames", "A-B", frames_, "these frames: 743-800, 760, 743- or -800");
     options.Value("--context", "N", context_,
                   "also N packets before and after each (default: 10 with --finding, 0 with --frames)");

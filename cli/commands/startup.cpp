@@ -120,7 +120,7 @@ class StartupCommand : public Command {
                   "write this start-up as an expectation (JSON); values that vary are left open");
     options.Value("--expect", "FILE", expect_, "compare with an expectation, or with the init commands of an ENI");
     run_.gate.Declare(options);
-    output_.Declare(options, report::FormatList(report::Formats()));
+    output_.Declare(options, NamesOf(report::Formats()));
     output_.text.DeclareTime(options);
     options.Footer(
         "\nThe start-up of a slave goes from its first frame to OP, of a drive to Operation enabled. With --expect "
@@ -132,6 +132,7 @@ class StartupCommand : public Command {
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {
+    run_.options.isolates = "startup";
     run_.options.local_time = output_.text.time == Name(report::TimeMode::kLocal);
     if (const auto error = Prepare()) return CaptureRun::Fail(console, *error);
     const Result<ReportOutput> output = ReportOutput::Plan(output_, StartupFormats(), run_.files);
@@ -143,7 +144,11 @@ class StartupCommand : public Command {
     report.version = Version();
     report.rules = RuleCatalogue();
     ExitStatus status = run_.Run(run_.jobs().front(), report, console);
-    if (report.captures.empty()) return status;
+    if (report.captures.empty()) {
+      // A file of an earlier run must not stand for this one.
+      if (const auto error = output->Write(report, console)) status = Worst(status, CaptureRun::Fail(console, *error));
+      return status;
+    }
     if (run_.ReportMissingSlaves(report, console) != ExitStatus::kClean) return ExitStatus::kUsage;
 
     report::CaptureReport& capture = report.captures.front();

@@ -189,9 +189,11 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   const bool place = plan.settings.moments.needs_capture();
   if (place) {
     if (const auto error = plan.paths.MakeReadableTwice()) return Fail(console, *error);
-    if (const auto error = PlaceMoments(plan.settings.moments, plan.paths.paths(), plan.settings.analysis)) {
+    std::vector<std::string> notices;
+    if (const auto error = PlaceMoments(plan.settings.moments, plan.paths.paths(), plan.settings.analysis, &notices)) {
       return Fail(console, plan.paths.WithoutSpools(*error));
     }
+    for (const std::string& notice : notices) console.Warning(plan.paths.WithoutSpools(Error{notice}).message);
   }
   const Result<FrameRange> range = ReadFrameRange(plan.settings.analysis, frames);
   if (!range) return Fail(console, range.error());

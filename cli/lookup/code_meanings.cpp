@@ -101,16 +101,29 @@ void AddAlStatusCode(std::uint16_t code, const Families& families, std::vector<M
   meaning.details.emplace_back("where",
                                "register 0x0134 (AL Status Code), valid while the error bit of AL Status 0x0130 "
                                "is set");
+  if (const std::string_view causes = UsualCauses(code); !causes.empty()) {
+    meaning.details.emplace_back("usual causes", std::string(causes));
+  }
   meaning.details.emplace_back("see also", "ecaudit explain al-refused, al-wrong-status-code, al-unexpected-change");
   out.push_back(std::move(meaning));
 }
 
-void AddAlState(std::string_view name, const Families& families, std::vector<Meaning>& out) {
+void AddAlState(std::string_view given, const Families& families, std::vector<Meaning>& out) {
+  constexpr std::string_view kError = "+ERR";
+  const bool error = given.ends_with(kError);
+  const std::string_view name = error ? given.substr(0, given.size() - kError.size()) : given;
   const std::uint8_t value = esc::StateFromName(name);
   if (!esc::IsAlState(value)) return;
   const auto state = static_cast<esc::AlState>(value);
-  Meaning meaning{.kind = "AL state", .name = std::string(name), .details = {}, .statements = {}};
-  meaning.details.emplace_back("value", Hex(value, 2) + " in bits 3:0 of AL Control 0x0120 and AL Status 0x0130");
+  Meaning meaning{.kind = "AL state", .name = std::string(given), .details = {}, .statements = {}};
+  if (error) {
+    meaning.details.emplace_back("error",
+                                 "bit 4 of AL Status 0x0130 is set: the slave refused a request or left a state by "
+                                 "itself; AL Status Code 0x0134 has the reason. It follows requests again after the "
+                                 "master acknowledges (bit 4 of AL Control 0x0120)");
+  }
+  meaning.details.emplace_back(
+      "value", Hex(value | (error ? 0x10U : 0U), 2) + " in bits 3:0 of AL Control 0x0120 and AL Status 0x0130");
   const auto works = [&]() -> std::string_view {
     switch (state) {
       case esc::AlState::INIT:
@@ -173,6 +186,10 @@ void AddEmergency(std::uint16_t code, const Families& families, std::vector<Mean
     if (row == nullptr) return std::nullopt;
     return RowStatement(*row, false);
   });
+  if (const std::string_view text = DriveErrorText(code); !text.empty()) {
+    meaning.name += " " + std::string(text);
+    meaning.statements.insert(meaning.statements.begin(), {"standard", std::string(text), {}, "CIA402, object 603Fh"});
+  }
   if (meaning.statements.empty()) return;
   meaning.details.emplace_back("where", "first two bytes of a CoE emergency; also object 603Fh of a CiA 402 drive");
   out.push_back(std::move(meaning));

@@ -36,7 +36,9 @@ using Families = std::vector<const device::DeviceDescription*>;
 ///   "F125", "n125", "125"       number of a fault or warning that drives show
 ///   "6040h", "6040h:1", "0x1018:1"   object
 ///   "FPRD"                      datagram command
-///   "PREOP"                     AL state
+///   "6041h=0x1237"              a value of an object, with its bits
+///   "6041", "1C12:1", "27"      the same without a mark: hexadecimal, and as a code decimal, too
+///   "PREOP", "PREOP+ERR"        AL state
 ///   "enabled"                   rung of the progress ladder
 ///   "axis does not move"        question that the rungs answer
 [[nodiscard]] std::vector<Meaning> LookUp(std::string_view what, const Families& families);

@@ -12,14 +12,33 @@ add_custom_command(
   VERBATIM)
 add_custom_target(ecaudit_pages ALL DEPENDS ${pages}/completions/ecaudit.fish)
 
+# Who built the program alone gets its pages now.
+install(CODE "
+  if(NOT EXISTS \"${pages}/completions/ecaudit.fish\")
+    message(STATUS \"Writing man pages and completions\")
+    execute_process(COMMAND \"${CMAKE_COMMAND}\" -D \"PROGRAM=$<TARGET_FILE:ecaudit>\" -D \"FOLDER=${pages}\"
+                            -P \"${CMAKE_CURRENT_LIST_DIR}/write_pages.cmake\" COMMAND_ERROR_IS_FATAL ANY)
+  endif()")
 install(DIRECTORY ${pages}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR})
 install(FILES ${pages}/completions/ecaudit DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
 install(FILES ${pages}/completions/_ecaudit DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions)
 install(FILES ${pages}/completions/ecaudit.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
 
 set(doc ${CMAKE_INSTALL_DATADIR}/doc/ecaudit)
-install(FILES ${CMAKE_CURRENT_LIST_DIR}/copyright ${PROJECT_SOURCE_DIR}/README.md DESTINATION ${doc})
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ DESTINATION ${doc} FILES_MATCHING PATTERN "*.md")
+install(FILES ${CMAKE_CURRENT_LIST_DIR}/copyright ${PROJECT_SOURCE_DIR}/docs/report.png DESTINATION ${doc})
+# In one folder, with the schemas elsewhere and without the tests: links go where things are then.
+file(GLOB documents CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/*.md)
+foreach(document IN LISTS documents ITEMS ${PROJECT_SOURCE_DIR}/README.md)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${document})
+  cmake_path(GET document FILENAME name)
+  file(READ ${document} text)
+  string(REPLACE "](docs/" "](" text "${text}")
+  string(REGEX REPLACE "\\]\\((\\.\\./)?cli/report/" "](../../ecaudit/" text "${text}")
+  string(REPLACE "](LICENSE)" "](copyright)" text "${text}")
+  string(REGEX REPLACE "\\[([^]\n]*)\\]\\((\\.\\./)?tests/README\\.md\\)" "\\1" text "${text}")
+  file(WRITE ${CMAKE_BINARY_DIR}/packaging/documents/${name} "${text}")
+  install(FILES ${CMAKE_BINARY_DIR}/packaging/documents/${name} DESTINATION ${doc})
+endforeach()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/samples/captures ${PROJECT_SOURCE_DIR}/samples/descriptions
                   ${PROJECT_SOURCE_DIR}/samples/families
         DESTINATION ${doc}/examples)

@@ -21,9 +21,6 @@ struct CommandRow {
 /// In the order of the overview.
 [[nodiscard]] std::vector<CommandRow> CommandTable();
 
-/// What can follow an option or for an argument, where that is a list: ids of rules, families, formats, ...
-/// @return empty: a file, or anything
-[[nodiscard]] std::vector<std::string> ValuesOf(std::string_view command, const OptionSet::Row& row);
 /// "-o,--output" in its parts.
 [[nodiscard]] std::vector<std::string> NamesOf(const OptionSet::Row& row);
 

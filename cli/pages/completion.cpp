@@ -37,7 +37,7 @@ std::string Bash(const std::vector<CommandRow>& table) {
     std::string values;
     std::string words;
     for (const OptionSet::Row& row : command.options) {
-      const std::string list = Joined(ValuesOf(command.name, row));
+      const std::string list = Joined(row.words);
       if (row.argument) {
         words = list.empty() ? words : list;
         continue;
@@ -97,7 +97,7 @@ std::string Zsh(const std::vector<CommandRow>& table) {
     commands += "    " + ShellQuoted(command.name + ":" + ZshText(command.summary)) + "\n";
     cases += "    " + command.name + ")\n      _arguments -S \\\n        '(- *)'{-h,--help}'[This page]'";
     for (const OptionSet::Row& row : command.options) {
-      const std::string list = Joined(ValuesOf(command.name, row));
+      const std::string list = Joined(row.words);
       const std::string action = list.empty() ? "_files" : "(" + list + ")";
       if (row.argument) {
         cases +=
@@ -146,7 +146,7 @@ std::string Fish(const std::vector<CommandRow>& table) {
     out += "complete -c ecaudit -n __fish_use_subcommand -f -a " + command.name + " -d " +
            ShellQuoted(command.summary) + "\n";
     for (const OptionSet::Row& row : command.options) {
-      const std::string list = Joined(ValuesOf(command.name, row));
+      const std::string list = Joined(row.words);
       std::string line = "complete -c ecaudit -n " + ShellQuoted("__fish_seen_subcommand_from " + command.name);
       if (row.argument) {
         if (!list.empty()) out += line + " -f -a " + ShellQuoted(list) + "\n";

@@ -111,6 +111,26 @@ std::string CoverageText(std::span<const RuleCoverage> rules) {
   return text;
 }
 
+bool IsJudged(const CoverageCount& count, std::uint64_t percent) {
+  return count.judged * 100 >= count.applicable() * percent;
+}
+
+std::vector<std::string> Reservations(bool misses_packets, bool limited, const CoverageCount& count) {
+  std::vector<std::string> reservations;
+  if (misses_packets) reservations.emplace_back("the capture misses packets");
+  if (!limited && !IsJudged(count, kLeastJudgedPercent)) {
+    reservations.push_back("only " + Grouped(count.judged) + " of " + Grouped(count.applicable()) +
+                           " evaluations were possible");
+  }
+  return reservations;
+}
+
+std::vector<std::string> Reservations(const AnalysisResult& result) {
+  const bool misses = std::any_of(result.not_evaluable.begin(), result.not_evaluable.end(),
+                                  [](const auto& entry) { return entry.reason.code == ReasonCode::kMissesPackets; });
+  return Reservations(misses, !WhyLimited(result).empty(), CountOf(result.coverage));
+}
+
 std::string WhyLimited(const AnalysisResult& result) {
   if (WithoutEtherCat(result)) return TextOf(Reason::Of(ReasonCode::kNoEtherCat));
   if (result.slaves.empty()) return TextOf(Reason::Of(ReasonCode::kNoSlave));

@@ -42,6 +42,17 @@ struct ChapterCoverage {
 /// Latch, Start-up". Empty when nothing was counted.
 [[nodiscard]] std::string CoverageText(std::span<const RuleCoverage> rules);
 
+/// Below this share of what applies, no one may take a capture for checked.
+inline constexpr std::uint64_t kLeastJudgedPercent = 50;
+/// Whether `percent` of what applies was evaluated in full; true when nothing applies.
+[[nodiscard]] bool IsJudged(const CoverageCount& count, std::uint64_t percent);
+
+/// What keeps a verdict without errors from being the whole truth: "the capture misses packets", "only 5 of 142
+/// evaluations were possible".
+/// @param limited  the verdict shows already that little was evaluated
+[[nodiscard]] std::vector<std::string> Reservations(bool misses_packets, bool limited, const CoverageCount& count);
+[[nodiscard]] std::vector<std::string> Reservations(const AnalysisResult& result);
+
 /// What makes a verdict "limited": no slave is known, or neither AL state nor process data of some; empty: nothing.
 [[nodiscard]] std::string WhyLimited(const AnalysisResult& result);
 

@@ -65,7 +65,24 @@ bool MissesPackets(const CaptureDigest& capture) {
                      [](const NotJudged& entry) { return entry.code == Name(ReasonCode::kMissesPackets); });
 }
 
+/// ", but the capture misses packets"
+std::string ReservationText(const std::vector<std::string>& reservations) {
+  return reservations.empty() ? std::string() : ", but " + Joined(reservations, ", and ");
+}
+
 }  // namespace
+
+std::vector<std::string> Reservations(const CaptureDigest& capture) {
+  CoverageCount count;
+  for (const RuleCoverageDigest& rule : capture.coverage) count.Add(rule.count);
+  return Reservations(MissesPackets(capture), !capture.limited.empty(), count);
+}
+
+void SortDevices(std::vector<std::string>& devices) {
+  std::sort(devices.begin(), devices.end());
+  devices.erase(std::unique(devices.begin(), devices.end()), devices.end());
+  if (!devices.empty() && devices.front().empty()) devices.erase(devices.begin());
+}
 
 std::string SlavesText(std::uint64_t shown, std::uint64_t there) {
   if (there <= shown) return Count(shown, "slave");
@@ -93,6 +110,10 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
   out.config = PrintableLines(capture.config);
   out.baseline = PrintableLines(capture.baseline);
   out.rules = capture.rules;
+  for (const SlaveSummary& slave : result.slaves) {
+    out.devices.push_back(ProductText(slave.identity.vendor_id, slave.identity.product_code));
+  }
+  SortDevices(out.devices);
   for (std::size_t i = 0; i < result.findings.size(); ++i) {
     out.findings.push_back(DigestOf(result.findings[i], result));
     out.findings.back().known = capture.IsKnown(i);
@@ -188,7 +209,7 @@ std::string ProductText(std::optional<std::uint32_t> vendor, std::optional<std::
 HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   if (!capture.unreadable.empty()) return {"ERROR", OneLine(capture.unreadable)};
   const Summary summary = Summarise(capture);
-  const std::string selected = Text(capture.selection);
+  const std::string selected = LimitsText(capture.selection);
   std::string limits = selected.empty() ? "" : " (limited by " + OneLine(selected) + ")";
   if (!capture.unmet.empty()) limits = "; required and missing: " + OneLine(Joined(capture.unmet, "; ")) + limits;
   if (capture.without_ethercat) {
@@ -197,6 +218,11 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
     return {summary.fail ? "FAIL" : summary.unmet ? "UNMET" : "NOTHING-TO-CHECK", packets + limits};
   }
   if (!capture.judged) return {"NOT-JUDGED", "the start-up is shown; ecaudit check evaluates the capture" + limits};
+  const std::vector<std::string> reservations = summary.fail ? std::vector<std::string>() : Reservations(capture);
+  const std::string reservation = ReservationText(reservations);
+  std::string brief = reservations.size() > 1 ? ", but " + reservations.front() + " and more" : reservation;
+  constexpr std::string_view kWordy = "evaluations were possible";
+  if (const std::size_t at = brief.find(kWordy); at != std::string::npos) brief.replace(at, kWordy.size(), "evaluated");
   const std::string verdict = summary.fail ? "FAIL" : summary.unmet ? "UNMET" : summary.limited ? "LIMITED" : "PASS";
   if (summary.limited && !summary.fail && capture.slaves > 0) limits = "; not evaluated: " + capture.limited + limits;
   const std::optional<MainFinding> main = MainFindingOf(capture);
@@ -205,9 +231,8 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
                              Count(capture.ethercat_frames, "EtherCAT frame");
     const std::string slaves =
         capture.slaves > 0 ? " of " + SlavesText(capture.slaves, capture.slaves_there) : "; no slave is known";
-    std::string reach = capture.complete ? "" : ", as far as the capture was read";
-    if (MissesPackets(capture)) reach += ", but the capture misses packets";
-    return {verdict, none + slaves + reach + limits};
+    const std::string reach = capture.complete ? "" : ", as far as the capture was read";
+    return {verdict, none + slaves + reach + reservation + limits, reservation, brief};
   }
   const FindingDigest& root = capture.findings[main->root];
   const FindingDigest& worst = capture.findings[main->worst];
@@ -216,7 +241,7 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   line += root.place + ": " + TitleAndFrame(root);
   if (&worst != &root) line += "; consequence: " + TitleAndFrame(worst);
   if (summary.limited && !summary.fail && capture.slaves == 0) line += "; " + capture.limited;
-  return {verdict, line + limits};
+  return {verdict, line + reservation + limits, reservation, brief};
 }
 
 std::string Headline(const CaptureDigest& capture) {

@@ -92,7 +92,8 @@ struct CaptureContent {
   std::string config;                                      ///< path of the configuration file; empty: none
   std::string baseline;                                    ///< path; empty: none
   std::vector<std::pair<std::string, std::string>> rules;  ///< settings of rules: id and severity, or "off"
-  std::vector<FindingDigest> findings;                     ///< as in the report
+  std::vector<std::string> devices;     ///< of its slaves, each once, sorted; as FindingDigest::product
+  std::vector<FindingDigest> findings;  ///< as in the report
   std::vector<NotJudged> not_judged;
   std::vector<RuleCoverageDigest> coverage;  ///< empty in reports of the first versions
 
@@ -133,10 +134,13 @@ struct Digest {
 /// "vendor 0x0000006a, product 0x00414b44"; empty unless both are known.
 [[nodiscard]] std::string ProductText(std::optional<std::uint32_t> vendor, std::optional<std::uint32_t> product);
 
+/// Each once, without those that are not known.
+void SortDevices(std::vector<std::string>& devices);
+
 /// "slave 2", "all slaves", "bus"
 [[nodiscard]] std::string PlaceOf(const NotJudged& entry);
 
-/// What the first line says, as places in CaptureDigest::findings: the root of the tree that is read first, and the
+/// What the first line shows, as places in CaptureDigest::findings: the root of the tree that is read first, and the
 /// worst finding of that tree, which differs where the cause is the milder of the two.
 struct MainFinding {
   std::size_t worst = 0;
@@ -145,11 +149,16 @@ struct MainFinding {
 /// Nothing where there is no finding, or all are known.
 [[nodiscard]] std::optional<MainFinding> MainFindingOf(const CaptureDigest& capture);
 
+/// What keeps a verdict without errors from being the whole truth; see coverage_tally.h.
+[[nodiscard]] std::vector<std::string> Reservations(const CaptureDigest& capture);
+
 /// The verdict and its main reason.
 struct HeadlineParts {
   std::string verdict;  ///< "FAIL", "UNMET" (something of --require is missing), "LIMITED", "PASS", "NOTHING-TO-CHECK",
                         ///< "NOT-JUDGED", "ERROR"
-  std::string sentence;  ///< "slave 0 (AKD, 0x1001): ... (frame 760)". Printable
+  std::string sentence;                ///< "slave 0 (AKD, 0x1001): ... (frame 760)". Printable
+  std::string reservation = {};        ///< part of the sentence: ", but the capture misses packets"; may be empty
+  std::string short_reservation = {};  ///< the same for a line without room
 };
 [[nodiscard]] HeadlineParts HeadlinePartsOf(const CaptureDigest& capture);
 

@@ -109,6 +109,11 @@ class SlaveTexts {
     }
   }
 
+  [[nodiscard]] static std::string Product(JsonValue slave) {
+    const JsonValue identity = slave.member("identity");
+    return ProductText(Number(identity, "vendor_id"), Number(identity, "product_code"));
+  }
+
   /// Fills in what is known of its slave.
   void Describe(FindingDigest& f, Fields& fields) {
     f.place = "bus";
@@ -137,8 +142,7 @@ class SlaveTexts {
   static void Read(Slave& slave, Fields& fields) {
     slave.read = true;
     slave.name = fields.TextOrNull(slave.json, "name").substr(0, kMaxNameBytes);
-    const JsonValue identity = slave.json.member("identity");
-    slave.product = ProductText(Number(identity, "vendor_id"), Number(identity, "product_code"));
+    slave.product = Product(slave.json);
   }
 
   std::map<SlavePos, Slave> slaves_;
@@ -246,6 +250,12 @@ CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
     out.selection.to_s = fields.SecondsOrNull(range, "to_s");
     out.selection.from_frame = frame("from_frame");
     out.selection.to_frame = frame("to_frame");
+    if (range.member("isolated_by").there()) out.selection.isolated_by = fields.TextOrNull(range, "isolated_by");
+    if (range.member("outside").there()) {
+      const JsonValue outside = fields.Object(range, "outside");
+      out.selection.outside = {fields.Number(outside, "errors"), fields.Number(outside, "warnings"),
+                               fields.Number(outside, "infos")};
+    }
   }
   if (settings.member("rules").there()) {
     const JsonValue rules = fields.Object(settings, "rules");
@@ -257,6 +267,8 @@ CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
     out.slaves_there = fields.NumberOrNull(bus, "slave_count");
   }
   SlaveTexts texts(slaves, fields);
+  for (const JsonValue slave : slaves) out.devices.push_back(SlaveTexts::Product(slave));
+  SortDevices(out.devices);
   for (const JsonValue finding : fields.Array(json, "findings")) {
     out.findings.push_back(ReadFinding(finding, texts, fields));
   }

@@ -9,6 +9,7 @@
 #include "cli/report/index_page.h"
 #include "cli/report/json_writer.h"
 #include "cli/report/junit_writer.h"
+#include "cli/report/markdown_writer.h"
 #include "cli/report/sarif_writer.h"
 #include "cli/report/summary_writer.h"
 
@@ -33,6 +34,14 @@ std::string WriteGithubOf(const Report& report, const TextStyle& style) {
 
 std::string WriteGitlabOf(const Report& report, const TextStyle& style) {
   return WriteGitlab(DigestOf(report), style.folder);
+}
+
+std::string WriteMarkdownOf(const Report& report, const TextStyle& /*style*/) {
+  return WriteMarkdown(DigestOf(report));
+}
+
+std::string WriteMarkdownPlain(const Digest& digest, const TextStyle& /*style*/) {
+  return WriteMarkdown(digest);
 }
 
 std::string WriteSummaryJsonPlain(const Digest& digest, const TextStyle& /*style*/) {
@@ -66,6 +75,7 @@ constexpr std::array kFormats{
     Format{"junit", ".xml", &WriteJunitOf, &WriteJunitPlain},
     Format{"sarif", ".sarif", &WriteSarifOf, &WriteSarifPlain, false, nullptr, true},
     Format{"github", ".github", &WriteGithubOf, &WriteGithubPlain, false, nullptr, true},
+    Format{"markdown", ".md", &WriteMarkdownOf, &WriteMarkdownPlain},
     Format{"gitlab", ".gitlab", &WriteGitlabOf, &WriteGitlabPlain, false, nullptr, true},
 };
 

@@ -130,6 +130,12 @@ void PutRange(JsonObject& out, const Selection& s) {
     json.Put("to_s", s.to_s);
     json.Put("from_frame", s.from_frame);
     json.Put("to_frame", s.to_frame);
+    json.TextOrNull("isolated_by", s.isolated_by);
+    json.Object("outside", [&](JsonObject& outside) {
+      outside.Put("errors", s.outside.errors);
+      outside.Put("warnings", s.outside.warnings);
+      outside.Put("infos", s.outside.infos);
+    });
   });
 }
 
@@ -396,6 +402,7 @@ void PutCaptureReport(JsonObject& out, const CaptureReport& capture) {
   out.Object("summary", [&](JsonObject& json) {
     PutSummary(json, Summarise(capture));
     json.TextOrNull("limited_because", capture.judged ? WhyLimited(result) : std::string());
+    json.Texts("reservations", capture.judged ? Reservations(result) : std::vector<std::string>());
   });
 }
 

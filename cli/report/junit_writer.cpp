@@ -239,9 +239,12 @@ void Suite(XmlWriter& xml, const Digest& digest, const CaptureDigest& capture, s
   xml.Attribute("hostname", "localhost").Begin("properties");
   Property(xml, "ecaudit.version", digest.version);
   Property(xml, "fail_on", Name(capture.fail_on));
-  if (const std::string limits = Text(capture.selection); !limits.empty()) Property(xml, "limited_by", limits);
+  if (const std::string limits = LimitsText(capture.selection); !limits.empty()) Property(xml, "limited_by", limits);
   if (!capture.baseline.empty()) Property(xml, "baseline", capture.baseline);
   if (capture.unreadable.empty() && capture.judged) Property(xml, "verdict", Summarise(capture).Verdict());
+  if (capture.unreadable.empty() && capture.judged) {
+    for (const std::string& reservation : Reservations(capture)) Property(xml, "reservation", reservation);
+  }
   xml.End();
   for (const TestCase& test : tests) Write(xml, test, class_name);
   xml.Begin("system-out").Text(OtherFindings(capture)).End();

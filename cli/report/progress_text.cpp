@@ -9,7 +9,7 @@
 namespace ecaudit::report {
 namespace {
 
-/// How much a line says of what holds a rung.
+/// How much a line shows of what holds a rung.
 enum class Detail : std::uint8_t { kWhy, kFinding, kFrames };
 
 /// ", since #807 at 1.201 s"; empty where no frame shows it.
@@ -58,7 +58,7 @@ std::string SlaveText(const AnalysisResult& result, const SlaveSummary& slave, D
   }
   const Rung* const answers = slave.progress.Find("answers");
   if (Fails(answers)) {
-    // Nothing above it says more.
+    // Nothing above it shows more.
     text = "gone: " + std::string(answers->why->text);
     if (detail == Detail::kFrames) text += Since(result, answers->until);
     return text + FindingText(*answers, detail);
@@ -97,7 +97,7 @@ std::string AxisText(const AnalysisResult& result, const Ladder& ladder, Detail 
     }
     if (detail == Detail::kFrames) text += Since(result, rung("enabled")->since);
   }
-  // What the axis stands for says more than the rung below that shows it first.
+  // What the axis stands for shows more than the rung below that shows it first.
   for (const std::string_view code : {"enabled", "no-fault", "voltage", "mode", "commanded", "follows"}) {
     const Rung* const at = rung(code);
     if (!Fails(at)) continue;

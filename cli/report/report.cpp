@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "cli/report/coverage_tally.h"
+#include "decoder/base/text.h"
 
 namespace ecaudit::report {
 
@@ -61,6 +62,7 @@ void Summary::Add(const Summary& other) {
   judged = judged && other.judged;
   limited = limited || other.limited;
   unmet = unmet || other.unmet;
+  incomplete = incomplete || other.incomplete;
 }
 
 std::string Text(const Selection& selection) {
@@ -68,10 +70,16 @@ std::string Text(const Selection& selection) {
   const auto add = [&text](std::string_view option, const std::string& value) {
     text += (text.empty() ? "" : " ") + std::string(option) + " " + value;
   };
+  // No digit below the nanosecond: a sum of two times would show what doubles cannot hold.
   const auto seconds = [](double value) {
+    constexpr int kDigits = 9;
     std::array<char, 400> digits{};  // the longest double without exponent
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed).ptr;
-    return std::string(digits.data(), end);
+    const auto end =
+        std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed, kDigits).ptr;
+    std::string shown(digits.data(), end);
+    shown.erase(shown.find_last_not_of('0') + 1);
+    if (shown.ends_with('.')) shown.pop_back();
+    return shown;
   };
   for (const std::string& slave : selection.slaves) add("--slave", slave);
   for (const std::uint16_t interface : selection.interfaces) add("--interface", std::to_string(interface));
@@ -79,6 +87,23 @@ std::string Text(const Selection& selection) {
   if (selection.from_frame) add("--from", "#" + std::to_string(*selection.from_frame));
   if (selection.to_s) add("--to", seconds(*selection.to_s));
   if (selection.to_frame) add("--to", "#" + std::to_string(*selection.to_frame));
+  return text;
+}
+
+std::string LimitsText(const Selection& selection) {
+  std::string text = Text(selection);
+  if (selection.range() && !selection.isolated_by.empty()) {
+    text += "; packets outside it were not evaluated (" + selection.isolated_by + ")";
+  }
+  const OutsideWindow& outside = selection.outside;
+  std::string counts;
+  const auto add = [&counts](std::uint64_t count, std::string_view noun) {
+    if (count > 0) counts += (counts.empty() ? "" : ", ") + Count(count, noun);
+  };
+  add(outside.errors, "error");
+  add(outside.warnings, "warning");
+  add(outside.infos, "info");
+  if (!counts.empty()) text += "; outside it: " + counts;
   return text;
 }
 
@@ -97,6 +122,7 @@ Summary Summarise(const CaptureReport& capture) {
 Summary Summarise(const Report& report) {
   Summary sum;
   for (const CaptureReport& capture : report.captures) sum.Add(Summarise(capture));
+  sum.incomplete = !report.unreadable.empty();
   return sum;
 }
 

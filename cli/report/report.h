@@ -24,12 +24,21 @@ enum class FailOn : std::uint8_t { kInfo, kWarning, kError, kNever };
 /// Reads what Name() writes; nothing for any other text.
 [[nodiscard]] std::optional<FailOn> ParseFailOn(std::string_view text);
 
-/// Which part of a capture was examined.
+/// Findings that do not touch the window of a report.
+struct OutsideWindow {
+  std::uint64_t errors = 0, warnings = 0, infos = 0;
+
+  auto operator<=>(const OutsideWindow&) const = default;
+};
+
+/// Which part of a capture is shown, or was examined.
 struct Selection {
   std::optional<double> from_s, to_s;  ///< seconds from the first packet
   std::optional<FrameNo> from_frame, to_frame;
   std::vector<std::string> slaves;        ///< positions "0" or addresses "0x1001"; empty: all
   std::vector<std::uint16_t> interfaces;  ///< whose packets were read; empty: of all
+  std::string isolated_by = {};  ///< option or command that evaluated the range alone; empty: all was evaluated
+  OutsideWindow outside = {};    ///< evaluated and not shown
 
   [[nodiscard]] bool range() const { return from_s || to_s || from_frame || to_frame; }
   /// Packets are left out.
@@ -38,6 +47,8 @@ struct Selection {
 };
 /// As it is typed: "--slave 0 --to #100"; empty for whole captures.
 [[nodiscard]] std::string Text(const Selection& selection);
+/// The same, with what lies outside: "--to #100; outside it: 1 error".
+[[nodiscard]] std::string LimitsText(const Selection& selection);
 
 /// One capture's result and how it is to be evaluated.
 struct CaptureReport {
@@ -97,13 +108,16 @@ struct Summary {
   std::uint64_t warnings = 0;
   std::uint64_t infos = 0;
   std::uint64_t known = 0;
-  bool fail = false;     ///< a finding that is not known reaches fail_on
-  bool judged = true;    ///< false: there is no verdict
-  bool limited = false;  ///< nothing is known of some slave, or of all: see WhyLimited()
-  bool unmet = false;    ///< something of --require is missing
+  bool fail = false;        ///< a finding that is not known reaches fail_on
+  bool judged = true;       ///< false: there is no verdict
+  bool limited = false;     ///< nothing is known of some slave, or of all: see WhyLimited()
+  bool unmet = false;       ///< something of --require is missing
+  bool incomplete = false;  ///< of several captures: one could not be read
 
-  /// "pass", "limited", "fail"; what is required does not change it.
-  [[nodiscard]] std::string_view Verdict() const { return fail ? "fail" : limited ? "limited" : "pass"; }
+  /// "pass", "limited", "fail", "incomplete"; what is required does not change it.
+  [[nodiscard]] std::string_view Verdict() const {
+    return fail ? "fail" : incomplete ? "incomplete" : limited ? "limited" : "pass";
+  }
   /// @param holds  something that the master wanted was not reached because of it
   void Add(Severity severity, bool is_known, bool holds, FailOn fail_on);
   void Add(const Summary& other);

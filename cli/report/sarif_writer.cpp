@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <QByteArray>
+#include <QtGlobal>
 
 #include "cli/report/fingerprint.h"
 #include "cli/report/json_text.h"
@@ -50,12 +51,13 @@ constexpr std::string_view kLineHelp =
     "\n\n## Where it is shown\nThe line of a result is that of its first frame in the text that `ecaudit decode "
     "CAPTURE` writes.";
 
-void PutRule(JsonObject& out, const RuleInfo& rule) {
+void PutRule(JsonObject& out, const RuleInfo& rule, std::string_view homepage) {
   const std::string page = Trimmed(rule.doc) + std::string(kLineHelp);
   const std::string full = std::string(rule.title) + ". Needs: " + std::string(rule.needs) + ".";
   out.Put("id", rule.id);
   out.Object("shortDescription", [&](JsonObject& json) { json.Put("text", rule.title); });
   out.Object("fullDescription", [&](JsonObject& json) { json.Put("text", full); });
+  if (!homepage.empty()) out.Put("helpUri", std::string(homepage) + "/docs/rules.md#" + std::string(rule.id));
   out.Object("help", [&](JsonObject& json) {
     json.Put("text", page);
     json.Put("markdown", page);
@@ -96,10 +98,11 @@ std::string Quoted(std::string_view text) {
 
 class SarifWriter {
  public:
-  SarifWriter(const Digest& digest, std::string_view folder) : digest_(digest), folder_(folder) {
+  SarifWriter(const Digest& digest, std::string_view folder, std::string_view homepage)
+      : digest_(digest), folder_(folder), homepage_(homepage) {
     for (const RuleInfo* rule : digest.rules) {
       index_.emplace(rule->id, index_.size());
-      rules_.Add([&](JsonObject& json) { PutRule(json, *rule); });
+      rules_.Add([&](JsonObject& json) { PutRule(json, *rule, homepage); });
     }
   }
 
@@ -113,7 +116,7 @@ class SarifWriter {
         continue;
       }
       if (!capture.judged) AddNotification("note", HeadlinePartsOf(capture).sentence, artifact);
-      if (const std::string limits = Text(capture.selection); !limits.empty()) {
+      if (const std::string limits = LimitsText(capture.selection); !limits.empty()) {
         AddNotification("note", "limited by " + OneLine(limits), artifact);
       }
       if (!capture.limited.empty()) AddNotification("warning", "verdict limited: " + capture.limited, artifact);
@@ -127,8 +130,8 @@ class SarifWriter {
         results_.Add([&](JsonObject& json) { PutResult(json, capture, f, artifact, fingerprint, which); });
       }
       for (const NotJudged& entry : capture.not_judged) {
-        AddNotification("note", entry.rule + " not evaluated, " + PlaceOf(entry) + ": " + OneLine(entry.reason), artifact,
-                        &entry.rule);
+        AddNotification("note", entry.rule + " not evaluated, " + PlaceOf(entry) + ": " + OneLine(entry.reason),
+                        artifact, &entry.rule);
       }
     }
     List artifacts;
@@ -136,8 +139,9 @@ class SarifWriter {
     const std::string version = Quoted(digest_.version);
     return R"({"$schema": "https://json.schemastore.org/sarif-2.1.0.json", "version": "2.1.0", "runs": [{)"
            R"("tool": {"driver": {"name": "ecaudit", "version": )" +
-           version + R"(, "semanticVersion": )" + version + R"(, "rules": )" + rules_.Take() + "}},\n" +
-           R"("invocations": [{"executionSuccessful": )" + (successful ? "true" : "false") +
+           version + R"(, "semanticVersion": )" + version +
+           (homepage_.empty() ? "" : R"(, "informationUri": )" + Quoted(homepage_)) + R"(, "rules": )" + rules_.Take() +
+           "}},\n" + R"("invocations": [{"executionSuccessful": )" + (successful ? "true" : "false") +
            R"(, "toolExecutionNotifications": )" + notifications_.Take() + "}],\n" + R"("artifacts": )" +
            artifacts.Take() + ",\n" + R"("results": )" + results_.Take() + "}]}\n";
   }
@@ -216,7 +220,11 @@ class SarifWriter {
       });
     });
     out.Object("partialFingerprints", [&](JsonObject& json) {
-      json.Put("ecauditFinding/v1", Hex(StableHash(identity), 16).substr(2) + ":" + std::to_string(which));
+      const std::string hash = Hex(StableHash(identity), 16).substr(2) + ":" + std::to_string(which);
+      json.Put("ecauditFinding/v1", hash);
+      // The name under which servers follow an alert from run to run. Otherwise they would hash the line of a text
+      // that they do not have.
+      json.Put("primaryLocationLineHash", hash);
     });
     if (f.known) PutSuppression(out, capture, f);
     out.Object("properties", [&](JsonObject& json) { PutProperties(json, capture, f); });
@@ -252,6 +260,7 @@ class SarifWriter {
 
   const Digest& digest_;
   std::string_view folder_;
+  std::string_view homepage_;
   List rules_;
   List notifications_;
   List results_;
@@ -262,8 +271,12 @@ class SarifWriter {
 
 }  // namespace
 
-std::string WriteSarif(const Digest& digest, std::string_view folder) {
-  return SarifWriter(digest, folder).Write();
+std::string WriteSarif(const Digest& digest, std::string_view folder, std::string_view homepage) {
+  return SarifWriter(digest, folder, homepage).Write();
+}
+
+std::string QtVersion() {
+  return qVersion();
 }
 
 }  // namespace ecaudit::report

@@ -17,6 +17,12 @@ namespace ecaudit::report {
 /// baselines), a colon, and which of its equals within the capture it is: the same in every run that finds the same.
 ///
 /// @param folder  of the project: paths in it are relative to it
-[[nodiscard]] std::string WriteSarif(const Digest& digest, std::string_view folder = {});
+/// @param homepage  of the project, as ECAUDIT_HOMEPAGE names it when it is built: rules link to its docs/rules.md;
+///                  empty: no links
+[[nodiscard]] std::string WriteSarif(const Digest& digest, std::string_view folder = {},
+                                     std::string_view homepage = ECAUDIT_HOMEPAGE);
+
+/// Of the library at run time: "6.4.2".
+[[nodiscard]] std::string QtVersion();
 
 }  // namespace ecaudit::report

@@ -206,7 +206,7 @@ std::string WriteStartupText(const Report& report, const TextStyle& style) {
       continue;
     }
     text.Line(text.Styled(OneLine(capture.result.capture.file.path), Style::kBold));
-    if (const std::string limits = Text(capture.selection); !limits.empty()) {
+    if (const std::string limits = LimitsText(capture.selection); !limits.empty()) {
       text.Paragraph("limited by " + OneLine(limits), 0);
     }
     if (!capture.result.capture.complete) text.Paragraph("incomplete: only a part of the capture was read", 0);
@@ -219,7 +219,7 @@ std::string WriteStartupText(const Report& report, const TextStyle& style) {
     CaptureStartup(capture, text).Write();
     out += text.Take();
   }
-  return out;
+  return out + UnreadableText(report, style);
 }
 
 }  // namespace ecaudit::report

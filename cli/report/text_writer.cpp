@@ -111,7 +111,7 @@ class CaptureText {
   /// The verdict; what was found in how much; what it does not rest on; how much was evaluated.
   void FirstLines() {
     const CaptureDigest digest = DigestOf(capture_);
-    const VerdictLine verdict = VerdictLineOf(digest, style_);
+    const VerdictLine verdict = VerdictLineOf(digest, style_, style_.quiet);
     text_.Line(text_.Styled(verdict.word, verdict.style) + verdict.rest);
     if (style_.quiet || WithoutEtherCat(result_)) return;
     std::string counts = Counts(Summarise(capture_));
@@ -131,7 +131,8 @@ class CaptureText {
     WriteProgress(result_, text_);
   }
 
-  /// "evaluated: 204 of 216 checks, 6 in part; 4 rules not for every slave (see below)". A check is a rule for one slave.
+  /// "evaluated: 204 of 216 checks, 6 in part; 4 rules not for every slave (see below)". A check is a rule for one
+  /// slave.
   [[nodiscard]] std::string EvaluatedText() const {
     const CoverageCount count = CountOf(result_.coverage);
     std::string text;
@@ -638,7 +639,7 @@ class CaptureText {
                       2);
     }
     if (c.file.damage) text_.Paragraph("damaged: " + OneLine(c.file.damage->message), 2);
-    if (const std::string limits = Text(capture_.selection); !limits.empty()) {
+    if (const std::string limits = LimitsText(capture_.selection); !limits.empty()) {
       text_.Paragraph("limited by " + OneLine(limits), 2);
     }
     if (!c.complete) text_.Paragraph("the report covers only the part of the capture that was read", 2);
@@ -790,6 +791,14 @@ std::string WriteVerdict(const CaptureReport& capture, const TextStyle& style) {
   return CaptureText(capture, style).WriteVerdictOnly();
 }
 
+std::string UnreadableText(const Report& report, const TextStyle& style) {
+  TextBuilder text(style);
+  for (const UnreadableCapture& capture : report.unreadable) {
+    text.Line(text.Styled("ERROR", Style::kError) + " " + OneLine(capture.path) + ": " + OneLine(capture.message));
+  }
+  return text.Take();
+}
+
 std::string WriteText(const Report& report, const TextStyle& style) {
   std::string out;
   for (const CaptureReport& capture : report.captures) {
@@ -797,12 +806,8 @@ std::string WriteText(const Report& report, const TextStyle& style) {
     out += CaptureText(capture, style).Write();
   }
   if (!report.unreadable.empty()) {
-    TextBuilder text(style);
-    if (!out.empty() && !style.quiet) text.Line();
-    for (const UnreadableCapture& capture : report.unreadable) {
-      text.Line(text.Styled("ERROR", Style::kError) + " " + OneLine(capture.path) + ": " + OneLine(capture.message));
-    }
-    out += text.Take();
+    if (!out.empty() && !style.quiet) out += "\n";
+    out += UnreadableText(report, style);
   }
   if (report.captures.size() > 1) {
     const Summary sum = Summarise(report);
@@ -810,8 +815,15 @@ std::string WriteText(const Report& report, const TextStyle& style) {
     for (const CaptureReport& capture : report.captures) failed += Summarise(capture).fail ? 1U : 0U;
     TextBuilder text(style);
     if (!style.quiet) text.Line();
-    text.Line(text.Styled(sum.fail ? "FAIL" : "PASS", sum.fail ? Style::kError : Style::kGood) + " " +
-              Count(report.captures.size(), "capture") + ", " + Grouped(failed) + " failed: " + Counts(sum));
+    const std::string_view verdict = Gates(sum) ? "fail" : sum.Verdict();
+    const Style shown = verdict == "fail" ? Style::kError : verdict == "pass" ? Style::kGood : Style::kWarning;
+    const std::string_view word = verdict == "fail"         ? "FAIL"
+                                  : verdict == "pass"       ? "PASS"
+                                  : verdict == "incomplete" ? "INCOMPLETE"
+                                                            : "LIMITED";
+    std::string line = " " + Count(report.captures.size(), "capture") + ", " + Grouped(failed) + " failed";
+    if (!report.unreadable.empty()) line += ", " + Grouped(report.unreadable.size()) + " could not be read";
+    text.Line(text.Styled(word, shown) + line + ": " + Counts(sum));
     out += text.Take();
   }
   return out;

@@ -11,6 +11,8 @@ namespace ecaudit::report {
 
 /// Lines end with "\n"; names and texts from the capture are made printable.
 [[nodiscard]] std::string WriteText(const Report& report, const TextStyle& style);
+/// A line for each capture that could not be read; empty where all could.
+[[nodiscard]] std::string UnreadableText(const Report& report, const TextStyle& style);
 
 /// Of one capture only verdict, findings and what could not be evaluated.
 [[nodiscard]] std::string WriteVerdict(const CaptureReport& capture, const TextStyle& style);

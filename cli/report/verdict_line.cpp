@@ -10,7 +10,7 @@
 namespace ecaudit::report {
 namespace {
 
-/// A sentence keeps at least so many columns where a long name stands before it.
+/// A sentence keeps at least this number of columns where a long name stands before it.
 constexpr std::size_t kLeastSentence = 28;
 /// Digits of a second: a reader searches for the moment by it.
 constexpr std::size_t kDigits = 3;
@@ -21,7 +21,7 @@ std::string Joined(const std::vector<std::string>& texts) {
   return joined;
 }
 
-/// What the line says, in the parts that can be shortened.
+/// What the line shows, in the parts that can be shortened.
 struct Parts {
   std::string before;  ///< "error: " where the verdict does not show it
   std::string place;   ///< "slave 0 (AKD, 0x1001): "
@@ -31,6 +31,7 @@ struct Parts {
   std::string when;         ///< " (frame 760 at 0.759 s)"
   std::string short_when;   ///< " (#760, 0.759 s)"
   std::string frame;        ///< " (#760)"
+  std::string tail = {};    ///< ", but the capture misses packets": never cut
 };
 
 std::string MomentOf(const CaptureDigest& capture, const FindingDigest& f, const TextStyle& style) {
@@ -98,6 +99,24 @@ Parts PartsOf(const CaptureDigest& capture, const HeadlineParts& headline, const
   return JustWhat(headline.sentence);
 }
 
+/// What makes a PASS less than it seems stands where the line is not cut, like the frame of a finding.
+void KeepReservation(const HeadlineParts& headline, Parts& parts) {
+  if (headline.reservation.empty() || headline.verdict == "UNMET") return;
+  std::string rest;
+  if (const std::size_t at = parts.what.find(headline.reservation); at != std::string::npos) {
+    rest = parts.what.substr(at + headline.reservation.size());
+    parts.what.resize(at);
+  }
+  parts.when += headline.reservation + rest;
+  // The frame leads to the time, so the time goes first.
+  if (const std::size_t comma = parts.short_when.find(','); comma != std::string::npos) {
+    parts.short_when = parts.short_when.substr(0, comma) + ")";
+  }
+  parts.short_when += headline.short_reservation;
+  parts.frame += headline.short_reservation;
+  parts.tail = headline.short_reservation;
+}
+
 Style StyleOf(const std::string& verdict) {
   if (verdict == "PASS") return Style::kGood;
   if (verdict == "NOT-JUDGED") return Style::kPlain;
@@ -108,8 +127,11 @@ Style StyleOf(const std::string& verdict) {
 
 VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, bool whole_path) {
   const HeadlineParts headline = HeadlinePartsOf(capture);
-  const Parts parts = PartsOf(capture, headline, style);
+  Parts parts = PartsOf(capture, headline, style);
+  KeepReservation(headline, parts);
   const std::string path = OneLine(capture.path);
+  // Of files that are read as one, the folder of the last would go and the others stay.
+  whole_path = whole_path || path.find(", ") != std::string::npos;
   const std::string name = whole_path ? path : path.substr(WrappingSum(path.rfind('/'), std::size_t{1}));
   const std::string stem = whole_path ? path : WithoutEnding(name);
   const std::string bare = WithoutBrackets(parts.what);
@@ -137,17 +159,17 @@ VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, 
   if (whole_path) return out;
   if (parts.place.empty()) {
     // No finding: which capture has none matters more than the end of the sentence.
-    const std::size_t taken = Columns(line(stem, "", "", ""));
+    const std::size_t taken = Columns(line(stem, "", "", parts.tail));
     const std::size_t least = std::min(kLeastSentence, room);
     const std::size_t left = std::max(least, room - std::min(taken, room));
     const std::size_t shown = Columns(stem) - std::min(Columns(stem), taken + least - std::min(room, taken + least));
-    out.rest = line(taken + least <= room ? stem : CutToColumns(stem, shown), "", CutToColumns(parts.what, left), "");
+    out.rest = line(taken + least <= room ? stem : CutToColumns(stem, shown), "", CutToColumns(parts.what, left), parts.tail);
     return out;
   }
   // The cause stays whole: the reader knows which file it is, and the finding has its frame.
   for (const std::string& candidate :
        {line("", parts.short_place, parts.what, parts.short_when), line("", parts.short_place, parts.what, parts.frame),
-        line("", parts.short_place, parts.what, ""), line("", parts.short_place, bare, parts.frame)}) {
+        line("", parts.short_place, parts.what, parts.tail), line("", parts.short_place, bare, parts.frame)}) {
     out.rest = candidate;
     if (Columns(candidate) <= room) return out;
   }
@@ -159,8 +181,9 @@ VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, 
 std::vector<std::string> VerdictNotes(const CaptureDigest& capture) {
   std::vector<std::string> notes;
   if (!capture.unmet.empty()) notes.push_back("required and missing: " + Joined(capture.unmet));
-  if (!capture.limited.empty() && !capture.without_ethercat) notes.push_back("not evaluated: " + OneLine(capture.limited));
-  if (const std::string selected = Text(capture.selection); !selected.empty()) {
+  if (!capture.limited.empty() && !capture.without_ethercat)
+    notes.push_back("not evaluated: " + OneLine(capture.limited));
+  if (const std::string selected = LimitsText(capture.selection); !selected.empty()) {
     notes.push_back("limited by " + OneLine(selected));
   }
   if (!capture.complete && capture.unreadable.empty()) notes.push_back("complete only as far as the capture was read");

@@ -18,7 +18,7 @@ struct VerdictLine {
   Style style = Style::kPlain;  ///< of the word
 };
 
-/// It says the root cause. What does not fit is left out in this order: consequence, folder of the capture, name of the
+/// It shows the root cause. What does not fit is left out in this order: consequence, folder of the capture, name of the
 /// slave, time, name of the capture, frame. The cause is only cut where the line holds nothing else.
 /// @param whole_path  of several captures: the path stays, and the line may grow longer for it
 [[nodiscard]] VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, bool whole_path = false);

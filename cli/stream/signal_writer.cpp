@@ -45,7 +45,7 @@ std::uint64_t KindOf(wire::Command command, std::uint32_t address, std::size_t l
 
 }  // namespace
 
-std::span<const OutputFormat> SignalWriter::formats() const {
+std::span<const OutputFormat> SignalWriter::Formats() {
   static const std::vector<OutputFormat> kFormats = [] {
     std::vector<OutputFormat> formats;
     for (const RowFormat& format : RowFormats()) formats.push_back(format.output);

@@ -29,7 +29,8 @@ class SignalWriter final : public LineWriter {
  public:
   explicit SignalWriter(SignalOptions options) : options_(std::move(options)), columns_(options_.choice) {}
 
-  [[nodiscard]] std::span<const OutputFormat> formats() const override;
+  [[nodiscard]] static std::span<const OutputFormat> Formats();
+  [[nodiscard]] std::span<const OutputFormat> formats() const override { return Formats(); }
   [[nodiscard]] Depth depth() const override { return Depth::kSlaves; }
   /// With the places that an earlier pass inferred.
   [[nodiscard]] const AnalysisOptions& Adapt(const AnalysisOptions& options) override;

@@ -62,6 +62,7 @@ bool SelectsAddress(std::span<const SlaveSelector> selectors, std::optional<Slav
                     std::optional<StationAddress> station) {
   if (selectors.empty()) return true;
   return std::any_of(selectors.begin(), selectors.end(), [&](const SlaveSelector& selector) {
+    if (!selector.by_address && selector.or_address != 0 && station == selector.or_address) return true;
     return selector.by_address ? station == selector.value : position == selector.value;
   });
 }
@@ -75,6 +76,7 @@ bool SelectsSlave(std::span<const SlaveSelector> selectors, const track::Network
   for (const SlaveSelector& selector : selectors) {
     const std::uint16_t* const own = selector.by_address ? station : position;
     if (own != nullptr && *own == selector.value) return true;
+    if (selector.or_address != 0 && station != nullptr && *station == selector.or_address) return true;
   }
   return false;
 }
@@ -116,11 +118,15 @@ struct StreamRun::Pass {
   Observation observation;
 };
 
-void StreamRun::Declare(OptionSet& options, const std::string& formats) {
+void StreamRun::Declare(OptionSet& options) {
+  Declare(options, kFormats, "text (default) or jsonl: one JSON object a line");
+}
+
+void StreamRun::Declare(OptionSet& options, std::span<const OutputFormat> formats, const std::string& help) {
   capture_.Declare(options);
   options.Group("What to read");
   options.Value("--frames", "A-B", frames_, "only these frames: 743-800, 760, 743- or -800");
-  output_.Declare(options, formats);
+  output_.Declare(options, formats, help);
   output_.text.DeclareTime(options);
 }
 
@@ -186,6 +192,11 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
   capture_.local_time = output_.text.time == Name(report::TimeMode::kLocal);
   Result<Settings> settings = ResolveSettings(capture_, GateOptions{}, capture_.captures.front());
   if (!settings) return Fail(console, settings.error());
+  for (const SlaveSelector& slave : settings->slaves) {
+    if (slave.name.empty()) continue;
+    return Fail(console, Error{"--slave is '" + slave.name + "' but " + std::string(command) +
+                               " takes positions and addresses; check shows them beside the names"});
+  }
   capture_.ReportSkipped(console);
   Result<FrameRange> range = ReadFrameRange(settings->analysis, frames_);
   if (!range) return Fail(console, range.error());
@@ -202,9 +213,11 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
     if (const auto error = plan.paths.MakeReadableTwice()) return Fail(console, *error);
   }
   if (place) {
-    if (const auto error = PlaceMoments(settings->moments, plan.paths.paths(), settings->analysis)) {
+    std::vector<std::string> notices;
+    if (const auto error = PlaceMoments(settings->moments, plan.paths.paths(), settings->analysis, &notices)) {
       return Fail(console, plan.paths.WithoutSpools(*error));
     }
+    for (const std::string& notice : notices) console.Warning(plan.paths.WithoutSpools(Error{notice}).message);
     const Result<FrameRange> placed = ReadFrameRange(settings->analysis, frames_);
     if (!placed) return Fail(console, placed.error());
     *range = *placed;

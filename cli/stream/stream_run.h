@@ -75,8 +75,11 @@ class LineWriter {
 
 class StreamRun {
  public:
-  /// @param formats  for the help
-  void Declare(OptionSet& options, const std::string& formats = "text (default) or jsonl: one JSON object a line");
+  /// @param formats  of the writer, the default first
+  /// @param help  their list for readers
+  void Declare(OptionSet& options, std::span<const OutputFormat> formats, const std::string& help);
+  /// The same for writers of text and jsonl.
+  void Declare(OptionSet& options);
   /// Reads the capture and lets `writer` write. What goes wrong is reported on `console`, once.
   [[nodiscard]] ExitStatus Run(Console& console, LineWriter& writer, std::string_view command);
 

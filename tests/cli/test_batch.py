@@ -241,7 +241,7 @@ class Batch(BatchTest):
             self.assertEqual(self.reports(), reports)
 
     def test_options_of_check_reach_each_capture(self):
-        summary = self.summary("in", "--rule=al-refused=warning", "--slave=0", "--from=#3", "--to=#12",
+        summary = self.summary("in", "--rule=al-refused=warning", "--slave=0", "--from=#3", "--to=#12", "--isolate",
                                "--profile=generic", "--fail-on=never", status=0)
         found = {f["rule"]: f["severity"] for c in summary["captures"] for f in c["findings"]}
         self.assertNotIn("error", [s for r, s in found.items() if r == "al-refused"])
@@ -268,8 +268,29 @@ class Batch(BatchTest):
         self.file("in/a/.ecaudit.json", '{"fail_on": "never"}')
         summary = self.summary("in", status=0)
         self.assertEqual([c["fail_on"] for c in summary["captures"]], ["never", "never", "error"])
-        self.file("in/b/.ecaudit.json", "{")
-        self.assertIn("not valid JSON", self.one_error("batch", "in"))
+        # One folder with wrong settings does not keep the others from being checked.
+        for content, why in (("{", "not valid JSON"), ('{"rules": {"al-refusd": "off"}}', "unknown rule 'al-refusd'"),
+                             ('{"baseline": "none.json"}', "no such file")):
+            self.file("in/b/.ecaudit.json", content)
+            summary = self.summary("in", status=2)
+            status = {c["path"]: c["status"] for c in summary["captures"]}
+            self.assertEqual(status["in/b/trace.pcap"], "unreadable")
+            self.assertEqual(status["in/a/good.pcap"], "pass")
+            self.assertIn(why, next(c["error"] for c in summary["captures"] if c["path"] == "in/b/trace.pcap"))
+        # What is wrong on the command line is wrong for all, and so is a file that it names.
+        self.assertIn("unknown rule 'nope'", self.one_error("batch", "in", "--rule", "nope=off"))
+        self.file("bad.json", "{")
+        self.assertIn("not valid JSON", self.one_error("batch", "in", "--config", "bad.json"))
+
+    def test_a_wrong_command_line_leaves_no_folder(self):
+        for wrong in (("nosuch",), ("in", "-o", "jsn=s.json"), ("in", "--format", "nope")):
+            self.one_error("batch", "--output-dir", "new", *wrong)
+            self.assertFalse((self.dir / "new").exists(), wrong)
+        self.assertIn("no such file: nosuch", self.one_error("batch", "nosuch"))
+        self.assertFalse((self.dir / "ecaudit-reports").exists())
+        (self.dir / "old").mkdir()
+        self.one_error("batch", "--output-dir", "old", "in", "--format", "nope")
+        self.assertTrue((self.dir / "old").exists())
 
     def test_many_quiet_captures_are_counted(self):
         for i in range(45):

@@ -231,6 +231,51 @@ class Github(LineTest):
         self.assertEqual(self.check("--format", "github", self.healthy, status=0).out, "")
 
 
+class Markdown(CliTest):
+    def markdown(self, *arguments, status) -> str:
+        return self.check("--format", "markdown", *arguments, status=status).out
+
+    def rows(self, text) -> list:
+        return [re.split(r"(?<!\\) \| |^\| | \|$", line)[1:-1] for line in text.splitlines()
+                if line.startswith("| ") and not line.startswith("|  |")]
+
+    def test_findings_in_a_table(self):
+        findings = self.report(self.faulty, status=1)["reports"][0]["findings"]
+        text = self.markdown(self.faulty, status=1)
+        self.assertTrue(text.startswith("## FAIL: "), text)
+        rows = [row for row in self.rows(text) if row[0] != ""]
+        self.assertEqual(sorted(row[1].lstrip("↳ ").strip("`") for row in rows[-len(findings):]),
+                         sorted(f["rule"] for f in findings))
+        first = next(f for f in findings if f["severity"] == "error")
+        self.assertIn(f"| {first['frame']} (", text)
+        self.assertIn("<br>do: ", text)
+        self.assertTrue(text.endswith("\necaudit 0.1.0\n"), text)
+
+    def test_ending_and_summary(self):
+        self.check(self.healthy, self.faulty, "nowhere.pcap", "-o", "a.md", status=2)
+        text = (self.dir / "a.md").read_text()
+        self.assertTrue(text.startswith("## ecaudit: 3 captures, "), text)
+        for start in ("| PASS | ", "| FAIL | ", "| ERROR | nowhere.pcap | no such file", "### FAIL: "):
+            self.assertIn(start, text)
+        self.assertNotIn("### PASS", text)
+        done = self.run_program("batch", "--format", "markdown", self.healthy, self.faulty)
+        self.assertIn("## ecaudit: 2 captures", done.out)
+
+    def test_what_a_device_says_is_no_markup(self):
+        name = "a|b`c<img>[x](y)*d_e.pcap"
+        self.file(name, pathlib.Path(self.faulty).read_bytes())
+        text = self.markdown(name, status=1)
+        self.assertNotIn("<img>", text)
+        self.assertIn(r"a\|b\`c\<img\>\[x\](y)\*d\_e.pcap", text)
+
+    def test_known_findings_are_counted(self):
+        self.check(self.faulty, "--write-baseline", "known.json", status=1)
+        text = self.markdown(self.faulty, "--baseline", "known.json", status=0)
+        self.assertTrue(text.startswith("## PASS: "), text)
+        self.assertIn("known from the baseline.", text)
+        self.assertNotIn("`al-refused`", text)
+
+
 class Sarif(LineTest):
     def sarif(self, *arguments, status):
         document = json.loads(self.check("--format", "sarif", *arguments, status=status).out)

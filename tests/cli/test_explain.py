@@ -104,6 +104,45 @@ class Explain(CliTest):
         self.assertEqual(families, {"standard", "kollmorgen-akd-2011"})
         self.assertIn("unknown profile 'foo'", self.one_error("explain", "0x0017", "--profile", "foo"))
 
+    def test_codes_without_a_mark(self):
+        # AL status code 27 in decimal is 0x001b; masters print it in both forms.
+        names = [m["name"] for m in self.meanings("27") if m["kind"] == "AL status code"]
+        self.assertEqual([name.split()[0] for name in names], ["0x001b", "0x0027"])
+        self.assertEqual(self.kinds("6041")[0], "object")
+        self.assertEqual([m["kind"] for m in self.meanings("1C12:1")], ["object"])
+        self.assertEqual(self.meanings("1c12:1")[0]["name"], self.meanings("1C12h:1")[0]["name"])
+        self.assertIn("emergency error code", self.kinds("8611"))
+        self.assertIn("register", self.kinds("0130"))
+
+    def test_usual_causes_of_a_status_code(self):
+        page = " ".join(self.explain("0x001b").split())
+        self.assertIn("usual causes no process data within the watchdog time", page)
+        self.assertNotIn("usual causes", self.explain("0x0002"))
+
+    def test_a_state_with_its_error_bit(self):
+        page = " ".join(self.explain("SAFEOP+ERR").split())
+        self.assertIn("0x14 in bits 3:0", page)
+        self.assertIn("AL Status Code 0x0134 has the reason", page)
+        self.assertNotIn("has the reason", " ".join(self.explain("SAFEOP").split()))
+
+    def test_values_of_objects(self):
+        for what in ("6041h=0x1237", "6041=0x1237", "0x6041=4663"):
+            first = self.meanings(what)[0]
+            self.assertEqual((first["kind"], first["name"]), ("value of an object", "6041h = 0x1237"))
+            text = next(s["text"] for s in first["statements"] if s["family"] == "standard")
+            self.assertTrue(text.startswith("Operation enabled; bits set: 0 Ready to switch on, 1 "), text)
+        self.assertIn("bits set: ", self.explain("6040h=0x000f"))
+        modes = self.meanings("6060h=8")[0]["statements"]
+        self.assertIn("ynchronous position", modes[0]["text"])
+        self.assertIn("following error", self.explain("603Fh=0x8611"))
+        self.assertIn("none of its modes", self.explain("6061h=77"))
+        for wrong in ("6041h=", "6041h=0x", "=5", "what=5"):
+            self.one_error("explain", wrong)
+
+    def test_error_codes_of_drives_one_by_one(self):
+        self.assertIn("DC link overvoltage", self.explain("0x3210", "--profile", "generic"))
+        self.assertIn("motor blocked", self.explain("0x7121", "--profile", "generic"))
+
     def test_every_rung_has_its_page(self):
         schema = json.loads((SOURCE / "cli" / "report" / "ecaudit-report-1.schema.json").read_text())
         rungs = schema["$defs"]["rung"]["properties"]["rung"]["enum"]

@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import tarfile
@@ -81,6 +82,28 @@ class Package(CliTest):
             self.assertTrue(any(name.endswith("bin/ecaudit") for name in archive.getnames()))
         for file in self.root.rglob("*"):
             self.assertNotIn(str(SOURCE), str(file))
+
+    def test_documents_have_no_dead_links(self):
+        folder = self.root / "usr" / "share" / "doc" / "ecaudit"
+        pages = sorted(folder.glob("*.md"))
+        self.assertIn("README.md", [page.name for page in pages])
+        for page in pages:
+            for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
+                if "://" in link or link.startswith("#"):
+                    continue
+                self.assertTrue((folder / link.split("#")[0]).exists(), f"{page.name}: {link}")
+
+    def test_an_installation_of_the_program_alone(self):
+        # As after cli/quickstart.sh of an earlier version: the pages were not built.
+        pages = BUILD / "pages"
+        aside = pages.rename(pages.with_name("pages-aside"))
+        try:
+            done = subprocess.run(["cmake", "--install", BUILD, "--prefix", self.dir / "there"], capture_output=True, timeout=300)
+            self.assertEqual(done.returncode, 0, done.stderr.decode())
+            self.assertTrue((self.dir / "there/share/man/man1/ecaudit-check.1.gz").is_file())
+        finally:
+            shutil.rmtree(pages, ignore_errors=True)
+            aside.rename(pages)
 
     def test_the_main_job(self):
         capture = self.root / "usr/share/doc/ecaudit/examples/captures/init-to-op-refused.pcapng"

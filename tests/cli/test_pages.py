@@ -63,7 +63,28 @@ class Pages(CliTest):
         self.assertIn("kollmorgen-akd-2011", complete("ecaudit", "check", "--profile", "koll"))
         self.assertIn("al-refused=", complete("ecaudit", "check", "--rule", "al-ref"))
         self.assertEqual(complete("ecaudit", "explain", "al-refu"), ["al-refused"])
+        self.assertEqual(complete("ecaudit", "slice", "--finding", "al-refu"), ["al-refused"])
+        # Each command has formats of its own.
+        self.assertEqual(complete("ecaudit", "check", "--format", "git"), ["github", "gitlab"])
+        self.assertEqual(complete("ecaudit", "signals", "--format", ""), ["csv", "jsonl"])
+        self.assertEqual(complete("ecaudit", "decode", "--format", ""), ["text", "jsonl"])
+        self.assertEqual(complete("ecaudit", "diff", "--format", ""), ["text", "json"])
+        self.assertEqual(complete("ecaudit", "events", "--type", "emer"), ["emergency"])
+        self.assertEqual(complete("ecaudit", "check", "--require", "re"), ["reached=OP"])
+        self.assertIn("FBUS.SYNCDIST=", complete("ecaudit", "check", "--parameter", "FBUS."))
+        self.assertEqual(complete("ecaudit", "check", "--color", "al"), ["always"])
         self.assertEqual(complete("ecaudit", "check", "heal"), ["healthy.pcap"])
+
+    def test_every_format_that_help_names_is_completed(self):
+        script = self.page("bash")
+        for command in self.commands():
+            words = re.search(rf"(?s)\n    {command}\)\n(.*?)\n      ;;", script).group(1)
+            listed = re.search(r"--format\) words='([^']*)'", words)
+            help_text = self.run_program(command, "--help").out
+            named = re.search(r"--format FORMAT +((?:.*\n)(?: {20,}.*\n)*)", help_text)
+            self.assertEqual(listed is None, named is None, command)
+            for word in listed.group(1).split() if listed else []:
+                self.assertRegex(named.group(1), rf"\b{word}\b", command)
 
     def test_what_cannot_be(self):
         self.assertIn("unknown shell 'tcsh'", self.one_error("completion", "tcsh"))

@@ -27,14 +27,15 @@ def validate(document, schema):
 
 
 class StartupBus(Bus):
-    """Brings its slave to OP, with downloads of single bytes in PREOP."""
+    """Brings its slave to OP, with downloads of one or four bytes in PREOP."""
 
     counter = 0
 
     def download(self, index, subindex, value):
         self.counter = self.counter % 7 + 1
         head = struct.pack("<HHBB", 10, 0, 0, self.counter << 4 | 3)
-        request = head + struct.pack("<HBHBI", 0x2000, 0x2F, index, subindex, value)
+        size = 0x2F if value <= 0xFF else 0x23  # one byte or four
+        request = head + struct.pack("<HBHBI", 0x2000, size, index, subindex, value)
         response = head + struct.pack("<HBHBI", 0x3000, 0x60, index, subindex, 0)
         self.write(0x1000, request)
         self.read(0x1400, response)
@@ -224,6 +225,20 @@ class StartupExpect(StartupTest):
         self.assertTrue(finding["evidence"]["expected"].startswith("2"), finding)
         self.assertTrue(finding["evidence"]["actual"].startswith("4"), finding)
 
+    def test_an_expected_number_has_the_form_of_the_actual_one(self):
+        # A PDO mapping entry: 0x60770010 is 6077h:0 with 16 bits, and 1618411536 in decimal.
+        entry = ("", 0x1600, 1, 0x60400010)
+        capture = self.file("mapped.pcap", startup_capture(downloads=(MODE, entry)))
+        saved = self.saved(capture)
+        for slave in saved["slaves"]:
+            for step in slave["steps"]:
+                if step.get("download") == "1600h:1":
+                    step["value"] = 0x60770010
+        expected = self.file("mapped.json", json.dumps(saved))
+        finding = self.one_finding(capture, expected)
+        self.assertIn("instead of 6077h:0 16 bit", finding["title"])
+        self.assertNotIn("1618411536", json.dumps(finding["arguments"]["expected"]))
+
     def test_a_changed_length_is_named(self):
         changed = self.file("changed.pcap", startup_capture(outputs=8))
         finding = self.one_finding(changed, self.expectation())
@@ -248,7 +263,8 @@ class StartupExpect(StartupTest):
 
     def test_a_start_up_shows_the_rungs(self):
         out = self.startup(SAMPLES / "drive-enabled-in-safeop.pcapng").out
-        self.assertIn("\nProgress\n  slave 0    INIT; drive enabled before, switched off by the master", out)
+        text = " ".join(out.split())
+        self.assertIn("Progress slave 0 INIT; in OP before, taken down by the master; drive enabled before, switched off by the master", text)
 
     def test_a_swapped_order_is_one_finding(self):
         for downloads in ((PERIOD, MODE, FACTOR), (FACTOR, PERIOD, MODE)):

@@ -90,7 +90,7 @@ class Messages(CliTest):
         self.assertEqual(self.one_error("check", "nowhere.pcap"), "no such file: nowhere.pcap")
 
     def test_directory(self):
-        self.assertIn("is a directory", self.one_error("check", str(self.dir)))
+        self.assertIn("is a folder, not a capture", self.one_error("check", str(self.dir)))
 
     def test_empty_file(self):
         self.assertIn("empty", self.one_error("check", self.file("empty.pcap", b"")))
@@ -121,8 +121,26 @@ class Messages(CliTest):
         self.assertIn("must be ID=SEVERITY", self.one_error("check", "--rule", "al-refused", self.healthy))
         self.assertIn("must be error, warning, info or never", self.one_error("check", "--fail-on", "err", self.healthy))
 
+    def test_a_folder_is_for_batch(self):
+        for command in ("check", "startup"):
+            self.assertEqual(self.one_error(command, self.dir), f"{self.dir} is a folder, not a capture; to check all "
+                             f"captures in it: ecaudit batch {self.dir}")
+
+    def test_a_file_that_begins_like_an_option(self):
+        self.file("-a.pcapng", pathlib.Path(self.healthy).read_bytes())
+        self.assertEqual(self.one_error("check", "-a.pcapng"),
+                         "'-a.pcapng' begins like an option; to name the file: ./-a.pcapng")
+        self.check("./-a.pcapng", status=0)
+        self.check("--", "-a.pcapng", status=0)
+        self.assertIn("unknown option", self.one_error("check", "-b.pcapng", self.healthy))
+
+    def test_version_names_the_libraries_that_run(self):
+        page = self.run_program("--version").out
+        self.assertRegex(page, r"(?m)^libraries  libpcap \S+, zlib \S+, zstd \S+, Qt \S+, ")
+        self.assertRegex(page, r"(?m)^runs with  libpcap \d\S+, zlib \d\S+, zstd \d\S+, Qt \d\S+$")
+
     def test_bad_slave(self):
-        for text in ("x", "-1", "0x", "70000", "0x12345", "1.5"):
+        for text in ("-1", "0x", "70000", "0x12345", "1.5"):
             self.assertIn("is not a slave", self.one_error("check", f"--slave={text}", self.healthy))
         self.assertIn("has no slave 7", self.one_error("check", "--slave", "7", self.healthy))
 
@@ -227,6 +245,24 @@ class Input(CliTest):
             self.assertIn("no such file: nowhere.pcap", (self.dir / "report").read_text(), name)
         self.assertFalse((self.dir / "known.json").exists())
 
+    def test_standard_output_gets_the_same_document(self):
+        for command in ("check", "startup"):
+            for name in ("json", "junit", "sarif", "github", "gitlab"):
+                done = self.run_program(command, "nowhere.pcap", "-o", f"{name}=report", "-o", f"{name}=-")
+                self.assertEqual((done.returncode, done.err), (2, "ecaudit: no such file: nowhere.pcap\n"))
+                self.assertEqual(done.out, (self.dir / "report").read_text(), name)
+                self.assertIn("no such file", done.out)
+                self.assertEqual(self.run_program(command, "nowhere.pcap", "--format", name).out, done.out)
+
+    def test_what_cannot_be_read_is_no_pass(self):
+        for captures in (("nowhere.pcap",), ("nowhere.pcap", self.healthy)):
+            summary = json.loads(self.check("--format", "json", *captures, status=2).out)["summary"]
+            self.assertEqual(summary["verdict"], "incomplete")
+        self.assertEqual(json.loads(self.check("--format", "json", "nowhere.pcap", self.faulty, status=2).out)
+                         ["summary"]["verdict"], "fail")
+        last = self.check("nowhere.pcap", self.healthy, self.healthy, status=2).out.splitlines()[-1]
+        self.assertTrue(last.startswith("INCOMPLETE 2 captures, 0 failed, 1 could not be read"), last)
+
     def test_joined_captures(self):
         report = self.report("--join", self.healthy, self.faulty, status=1)
         self.assertEqual(len(report["reports"]), 1)
@@ -270,7 +306,8 @@ class Input(CliTest):
 
     def test_range(self):
         whole = self.report(self.healthy, status=0)["reports"][0]["capture"]["ethercat_frames"]
-        part = self.report(self.healthy, "--from", "#3", "--to", "#10", status=0)["reports"][0]["capture"]
+        part = self.report(self.healthy, "--from", "#3", "--to", "#10", "--isolate",
+                           status=0)["reports"][0]["capture"]
         self.assertLess(part["ethercat_frames"], whole)
         self.assertEqual(part["ethercat_frames"], 8)
 
@@ -315,13 +352,15 @@ class Input(CliTest):
         self.assertIn(limits, text.split("Capture")[-1])
         settings = self.report(self.healthy, *given, status=0)["reports"][0]["settings"]
         self.assertEqual(settings["slaves"], ["0"])
-        self.assertEqual(settings["range"], {"from_s": None, "to_s": 1.5, "from_frame": 3, "to_frame": None})
+        self.assertEqual(settings["range"], {
+            "from_s": None, "to_s": 1.5, "from_frame": 3, "to_frame": None, "isolated_by": None,
+            "outside": {"errors": 0, "warnings": 0, "infos": 0}})
         self.check(self.healthy, *given, "-o", "a.json", "-o", "html=a.html", "-o", "junit=a.xml", status=0)
         for name in ("a.html", "a.xml"):
             self.assertIn(limits[11:], (self.dir / name).read_text())
         merged = self.run_program("merge", "a.json")
         self.assertIn(limits, merged.out)
-        self.assertIn("limited by --to #6", "\n".join(self.check(self.faulty, "--to", "#6", status=0).out.splitlines()[:4]))
+        self.assertIn("limited by --to #4", "\n".join(self.check(self.faulty, "--to", "#4", status=0).out.splitlines()[:4]))
         plain = self.report(self.healthy, status=0)["reports"][0]["settings"]
         self.assertEqual((plain["slaves"], plain["range"], plain["judged"]), ([], None, "all"))
         self.assertNotIn("limited", self.check(self.healthy, status=0).out)

@@ -251,6 +251,36 @@ class Require(CliTest):
         self.assertEqual(self.report(self.unknown, "--require", "judged", status=1)["summary"]["verdict"], "limited")
         self.check(self.unknown, status=0)
 
+    def test_a_pass_of_next_to_nothing_is_not_judged(self):
+        # All packets are cut by the snap length: hardly a rule sees what it needs.
+        capture = SAMPLES / "snaplen.pcapng"
+        report = self.report(capture, "--require", "judged", status=1)["reports"][0]
+        coverage = report["coverage"]
+        applicable = coverage["judged"] + coverage["partly"] + coverage["not_judged"]
+        self.assertEqual(report["summary"]["verdict"], "pass")
+        self.assertIn(f"judged=50%: {coverage['judged']} of {applicable} evaluations", report["required"]["missing"][0])
+        only = f"only {coverage['judged']} of {applicable} evaluations were possible"
+        self.assertIn(only, report["summary"]["reservations"])
+        self.assertIn(", but ", self.check(capture, status=0).out.splitlines()[0])
+        self.check(capture, "--require", "judged=1%", status=0)
+        self.check(SAMPLES / "clean-startup.pcapng", "--require", "judged", status=0)
+        self.check(SAMPLES / "clean-startup.pcapng", "--require", "judged=99%", status=1)
+        suite = ET.fromstring(self.check("--format", "junit", capture, status=0).out)[0]
+        self.assertIn(only, [p.get("value") for p in suite.find("properties") if p.get("name") == "reservation"])
+        done = self.run_program("batch", "-o", "json=s.json", capture)
+        self.assertIn(only, json.loads((self.dir / "s.json").read_text())["captures"][0]["reservations"], done.err)
+
+    def test_reached_is_at_any_time(self):
+        bus = scanned_bus()
+        for state in (b"\x02\0", b"\x04\0", b"\x08\0", b"\x01\0"):
+            bus.write(0x0120, state)
+            bus.read(0x0130, state)
+        capture = self.file("stopped.pcap", bus.pcap())
+        self.check(capture, "--fail-on=never", "--require", "reached=OP", status=0)
+        self.check(capture, "--fail-on=never", "--require", "state=OP", status=1)
+        done = self.check(self.healthy, "--require", "reached=OP", status=1)
+        self.assertIn("required and missing: reached=OP: slave 0 never shows OP", done.err)
+
     def test_nothing_asked(self):
         self.assertIsNone(self.report(self.healthy, status=0)["reports"][0]["required"])
 

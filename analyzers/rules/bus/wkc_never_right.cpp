@@ -18,7 +18,7 @@ constexpr FindingKind kNoLrw{
     .title = "The slave does not support LRW, but the master exchanges data by LRW",
     .message =
         R"(From {request_frame} on, when OP was requested, the slave counts in none of {frames} with its process data. The
-master sends them by LRW. Bit 9 of the ESC features (0x0008 = {features}) says that this slave controller does
+master sends them by LRW. Bit 9 of the ESC features (0x0008 = {features}) shows that this slave controller does
 not support LRW.)",
     .next = "Use LRD for the inputs and LWR for the outputs of this slave (\"separate input and output\", \"no LRW\").",
     .identity = ""};
@@ -52,7 +52,7 @@ the same in all of them.
 
 ## How it is decided
 The slave is in SAFEOP when OP is requested, an active FMMU maps its data, and the working counters of at least 20
-datagrams from then on say that it did not count, while none says that it did. If the ESC features (0x0008) were
+datagrams from then on show that it did not count, while none shows that it did. If the ESC features (0x0008) were
 read and bit 9 is set, and the datagrams are LRW, this is the reason.
 
 ## Example
@@ -95,7 +95,7 @@ class WkcNeverRight final : public Rule {
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
     for (std::size_t s = 0; s < slaves_.size(); ++s) {
-      if (slaves_[s].request.seen()) Judge(static_cast<SlaveId>(s), slaves_[s]);
+      if (slaves_[s].request.seen()) Evaluate(static_cast<SlaveId>(s), slaves_[s]);
     }
   }
 
@@ -110,7 +110,7 @@ class WkcNeverRight final : public Rule {
     std::array<Missed, 2> missed;
   };
 
-  void Judge(SlaveId id, const Watched& watched) {
+  void Evaluate(SlaveId id, const Watched& watched) {
     const model::SlaveModel& model = context().slave(id);
     const std::array<const model::ProcessTraffic*, 2> traffic{&model.outputs, &model.inputs};
     const track::SlaveState& state = context().network().state(id);

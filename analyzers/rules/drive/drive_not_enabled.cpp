@@ -20,7 +20,7 @@ constexpr FindingKind kResetStands{
     .name = "reset-without-edge",
     .title = "Fault reset (bit 7) stays 1: no rising edge resets the fault",
     .message =
-        R"(Bit 7 of the control word ({control_word}) is 1 from {frame} on, for {lasted_ms}. Meanwhile the drive shows {state}
+        R"(Bit 7 of the control word ({control_word}) is 1 from {frame} on, for {lasted_ms}. Since then the drive shows {state}
 (status word {status_word}, {shown_frame}).[ The drive reports {reason}.] A fault is reset by the rising edge of
 bit 7, from 0 to 1.)",
     .next = "Send bit 7 as 0 for some cycles, then as 1. Correct the cause of the fault before.",

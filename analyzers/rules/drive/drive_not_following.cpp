@@ -33,7 +33,7 @@ constexpr FindingKind kStandsStill{
     .message =
         R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value
 {actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
-({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11 says that
+({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11 shows that
 an internal limit is active.])",
     .next =
         "[{?halted}Clear bit 8 of the control word ({control_word}).][{!halted}Check brake, torque limit (6072h) and "
@@ -43,11 +43,11 @@ an internal limit is active.])",
 
 constexpr FindingKind kLags{
     .name = "falls-behind",
-    .title = "The axis falls behind: {actual_value} of {set_point} increments",
+    .title = "The axis lags: {actual_value} of {set_point} increments",
     .message =
         R"(From {frame} on, for {lasted_ms}, the target position goes by {set_point} and the position actual value by
 {actual_value} ({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit
-11 says that an internal limit is active.])",
+11 shows that an internal limit is active.])",
     .next =
         "Check speed limit (6080h, 607Fh), torque limit (6072h) and the scaling of both values (gear ratio, 6091h, "
         "6092h).",
@@ -104,7 +104,7 @@ The drive is enabled and commanded, and the axis is not where the master thinks 
 
 ## How it is decided
 Bit 13 counts in the modes that define it. A position that goes by at least 500 increments while the actual value
-makes less than a twentieth (stands still), less than half (falls behind), or goes the other way, for 500 ms; in
+makes less than a twentieth (stands still), less than half (lags), or goes the other way, for 500 ms; in
 profile position 1 s after the start. A velocity of which the drive shows less than a twentieth for 1 s. Halt in a
 profile mode is no violation.
 

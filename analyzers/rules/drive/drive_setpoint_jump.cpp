@@ -25,7 +25,7 @@ constexpr FindingKind kJump{
         R"(In {frame} the target position (607Ah) goes from {from} to {target} in one cycle; before, it changed by at most
 {step} in a cycle. The drive then shows status word {status_word} ({shown_frame})[ and reports {reason}].)",
     .next =
-        "Limit the change of the target in a cycle to what the axis can do, also when the trajectory is computed anew.",
+        "Limit the change of the target in a cycle to what the axis can do, also when the trajectory is computed again.",
     .identity = ""};
 
 constexpr FindingKind kEcho{
@@ -33,7 +33,7 @@ constexpr FindingKind kEcho{
     .title = "The target position only repeats the position actual value",
     .message =
         R"(From {frame} to {shown_frame} ({lasted_ms}) the target position (607Ah) is the actual value (6064h) of the cycle
-before, in {changes}. The drive is enabled, and the axis moves by {travel} meanwhile. It holds no
+before, in {changes}. The drive is enabled, and the axis moves by {travel} in between. It holds no
 position, but goes wherever a force pushes it.)",
     .next =
         "Stop copying the actual value into the target when the drive is enabled, and continue from the last target.",

@@ -88,7 +88,7 @@ class PdoObjectType final : public Rule {
       const model::SlaveModel& slave = context().slave(id);
       bool reported = false;
       for (const PdoDirection direction : {PdoDirection::kRx, PdoDirection::kTx}) {
-        reported = Judge(id, slave, direction) || reported;
+        reported = Evaluate(id, slave, direction) || reported;
       }
       if (!reported) ReportDifference(id);
     }
@@ -96,7 +96,7 @@ class PdoObjectType final : public Rule {
 
  private:
   /// @return whether a length is wrong
-  bool Judge(SlaveId id, const model::SlaveModel& slave, PdoDirection direction) {
+  bool Evaluate(SlaveId id, const model::SlaveModel& slave, PdoDirection direction) {
     const model::ProcessLayout& layout = slave.process.Layout(direction);
     const model::ProcessTraffic& traffic = direction == PdoDirection::kRx ? slave.outputs : slave.inputs;
     if (traffic.exchanged == 0) return false;

@@ -68,7 +68,8 @@ class StartupValue final : public StartupRule {
     const startup::ExpectedStep& expected = *deviation.expected.front();
     const StartupStep& actual = *deviation.actual.front();
     const bool reads = actual.key.kind == StartupKey::Kind::kUpload;
-    const std::string wanted = Unprefixed(actual, startup::ExpectedValue(expected, Model(deviation)));
+    const std::string wanted =
+        Unprefixed(actual, startup::ExpectedValue(expected, Model(deviation), actual.data.size()));
     const std::string got = actual.text.empty() ? "nothing" : Unprefixed(actual, actual.text);
     finding.kind = &kValue;
     finding.Set("step", arg::Text(Noun(actual))).Set("expected", arg::Text(wanted)).Set("actual", arg::Text(got));

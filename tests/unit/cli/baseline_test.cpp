@@ -1,5 +1,7 @@
 #include "cli/baseline.h"
 
+#include <array>
+
 #include <gtest/gtest.h>
 
 #include "tests/unit/cli/sample_result.h"
@@ -97,10 +99,96 @@ TEST(Baseline, ReasonsStayAndDaysEnd) {
   EXPECT_NE(anew.find("until the repair"), std::string::npos);
   EXPECT_EQ(anew.find("expires"), std::string::npos);
 
-  for (const char* wrong :
-       {R"(, "reason": 1)", R"(, "expires": "tomorrow")", R"(, "expires": "2026-12-31T12:00")", R"(, "why": "x")"}) {
+  for (const char* wrong : {R"(, "reason": 1)", R"(, "expires": "tomorrow")", R"(, "expires": "2026-12-31T12:00")",
+                            R"(, "why": "x")", R"(, "devices": "any")", R"(, "captures": [1])"}) {
     EXPECT_FALSE(ReadBaseline(with(wrong))) << wrong;
   }
+}
+
+/// The same fault at the same position of another machine.
+report::CaptureReport OnAnotherDevice() {
+  report::CaptureReport capture = RefusedSafeop();
+  capture.result.slaves[0].identity.product_code = 0x1234;
+  return capture;
+}
+
+Baseline Reread(const std::string& text) {
+  const TempDir dir;
+  const auto baseline = ReadBaseline(dir.Write("b.json", text));
+  EXPECT_TRUE(baseline) << baseline.error().message;
+  return baseline ? *baseline : Baseline{};
+}
+
+bool IsKnown(const Baseline& baseline, report::CaptureReport capture) {
+  ApplyBaseline(baseline, capture);
+  const bool known = capture.IsKnown(0);
+  // The digest, as batch and merge have it.
+  report::CaptureDigest digest = DigestOf(capture);
+  ApplyBaseline(baseline, digest);
+  EXPECT_EQ(digest.findings[0].known, known);
+  return known;
+}
+
+TEST(Baseline, OneMachineDoesNotHideTheFaultOfAnother) {
+  const Baseline baseline = Reread(WriteBaseline(OneReport(RefusedSafeop())));
+  EXPECT_TRUE(IsKnown(baseline, RefusedSafeop()));
+  EXPECT_FALSE(IsKnown(baseline, OnAnotherDevice()));
+  report::CaptureReport of_bus = RefusedSafeop();
+  of_bus.result.findings[0].slave = kNoSlave;
+  const Baseline bus = Reread(WriteBaseline(OneReport(of_bus)));
+  EXPECT_TRUE(IsKnown(bus, of_bus));
+  report::CaptureReport other_bus = OnAnotherDevice();
+  other_bus.result.findings[0].slave = kNoSlave;
+  EXPECT_FALSE(IsKnown(bus, other_bus));
+}
+
+TEST(Baseline, NamesDecideWhereTheDeviceIsNotInTheCapture) {
+  report::CaptureReport capture = RefusedSafeop();
+  capture.result.slaves[0].identity = {};
+  capture.result.capture.file.path = "captures/press-2026-03-02_0007.pcapng";
+  const Baseline baseline = Reread(WriteBaseline(OneReport(capture)));
+  EXPECT_EQ(baseline.begin()->second.captures, std::vector<std::string>{"press-*-*-*_*.pcapng"});
+  EXPECT_TRUE(IsKnown(baseline, capture));
+  capture.result.capture.file.path = "elsewhere/press-2026-03-09_0001.pcapng";
+  EXPECT_TRUE(IsKnown(baseline, capture));
+  capture.result.capture.file.path = "captures/mill-2026-03-02_0007.pcapng";
+  EXPECT_FALSE(IsKnown(baseline, capture));
+  EXPECT_EQ(PatternOf("a/b[1]*.pcap"), "b\\[*]\\*.pcap");
+}
+
+TEST(Baseline, ToldOtherwiseItHoldsEverywhere) {
+  Baseline baseline = Reread(WriteBaseline(OneReport(RefusedSafeop())));
+  baseline.begin()->second.devices = {"*"};
+  EXPECT_TRUE(IsKnown(baseline, OnAnotherDevice()));
+  // And stays so in the file that replaces it, with one entry.
+  const Baseline again = Reread(WriteBaseline(OneReport(OnAnotherDevice()), baseline));
+  ASSERT_EQ(again.size(), 1U);
+  EXPECT_EQ(again.begin()->second.devices, std::vector<std::string>{"*"});
+}
+
+TEST(Baseline, EntriesThatMatchNothingAreReported) {
+  const Baseline baseline = Reread(WriteBaseline(OneReport(RefusedSafeop())));
+  const auto unmatched = [&baseline](const report::CaptureReport& capture) {
+    const report::CaptureDigest digest = DigestOf(capture);
+    return UnmatchedEntries(baseline, std::array{&digest});
+  };
+  EXPECT_TRUE(unmatched(RefusedSafeop()).empty());
+  report::CaptureReport repaired = RefusedSafeop();
+  repaired.result.findings.clear();
+  ASSERT_EQ(unmatched(repaired).size(), 1U);
+  EXPECT_EQ(unmatched(repaired)[0], "1 entry matches no finding: al-refused of slave 0");
+  repaired.selection.to_frame = 3;
+  EXPECT_TRUE(unmatched(repaired).empty()) << "the finding may lie outside";
+  report::CaptureReport other = OnAnotherDevice();
+  other.result.capture.file.path = "mill.pcapng";
+  EXPECT_EQ(unmatched(other), std::vector<std::string>{"all entries are for other devices or captures"});
+}
+
+TEST(Baseline, AnEntryThatNamesNoRuleIsReported) {
+  const Baseline baseline = Reread(
+      R"({"schema": "ecaudit.baseline/1", "findings": [{"rule": "al-refusd", "slave": 0, "identity": "refused"}]})");
+  ASSERT_EQ(ExpiredEntries(baseline).size(), 1U);
+  EXPECT_EQ(ExpiredEntries(baseline)[0], "'al-refusd' is no rule (did you mean 'al-refused'?)");
 }
 
 TEST(Baseline, FindingsOfTheWholeBus) {

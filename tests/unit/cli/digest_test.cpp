@@ -38,7 +38,7 @@ CaptureReport Awkward() {
   capture.fail_on = FailOn::kWarning;
   capture.baseline = "known.json";
   capture.judged = false;
-  capture.selection = {0.0001, 1e6, 7, std::nullopt, {"0", "0x1001"}, {1}};
+  capture.selection = {0.0001, 1e6, 7, std::nullopt, {"0", "0x1001"}, {1}, "--isolate", {1, 2, 3}};
   r.not_evaluable.push_back({"al-timeout", kEverySlave, test::Because("no times"), 0, 1});
   capture.rules = {{"al-refused", "warning"}, {"sdo-abort", "off"}};
   capture.required = "slaves=2";
@@ -72,6 +72,14 @@ TEST(Digest, ReportsWhatWasLookedAtAndWhatWasNotEvaluated) {
   capture.selection.to_frame = 100;
   const std::string sentence = HeadlinePartsOf(DigestOf(capture)).sentence;
   EXPECT_TRUE(sentence.ends_with(" (limited by --to #100)")) << sentence;
+  capture.selection.outside = {1, 0, 2};
+  EXPECT_EQ(LimitsText(capture.selection), "--to #100; outside it: 1 error, 2 infos");
+  capture.selection.outside = {};
+  capture.selection.isolated_by = "--isolate";
+  EXPECT_EQ(LimitsText(capture.selection), "--to #100; packets outside it were not evaluated (--isolate)");
+  capture.selection = {};
+  capture.selection.from_s = 0.025383970999999894;
+  EXPECT_EQ(Text(capture.selection), "--from 0.025383971");
 }
 
 TEST(Digest, FindingsNameTheLastSlaveAtTheirPosition) {

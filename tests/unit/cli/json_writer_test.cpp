@@ -212,7 +212,8 @@ TEST(JsonWriter, SummaryLeavesKnownFindingsOut) {
                                                      {"infos", 0},
                                                      {"known", 1},
                                                      {"verdict", "pass"},
-                                                     {"limited_because", nullptr}}));
+                                                     {"limited_because", nullptr},
+                                                     {"reservations", json::array()}}));
   EXPECT_EQ(document["summary"]["captures"], 1);
   EXPECT_EQ(document["summary"]["verdict"], "pass");
   EXPECT_EQ(document["reports"][0]["findings"][0]["known"], true);

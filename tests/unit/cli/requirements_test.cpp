@@ -52,7 +52,8 @@ TEST(Requirements, WhatIsWrongIsReportedInOneLine) {
   EXPECT_EQ(error_of("judged,judged"), "--require is 'judged,judged' but judged appears twice" + example);
   EXPECT_EQ(error_of("judged,"), "--require is 'judged,' but it ends with a comma" + example);
   for (const char* text : {"", "slaves", "slaves=", "slaves=-1", "slaves=70000", "state=", "judged=yes",
-                           "state=OP;judged", "slaves=1,,judged", "slaves=1,slaves=1", "state=OP,state=OP"}) {
+                           "state=OP;judged", "judged=", "judged=0%", "judged=101%", "judged=90", "reached=",
+                           "reached=OP,reached=OP", "slaves=1,,judged", "slaves=1,slaves=1", "state=OP,state=OP"}) {
     EXPECT_NE(error_of(text), "") << text;
     EXPECT_EQ(error_of(text).find('\n'), std::string::npos) << text;
   }
@@ -106,6 +107,35 @@ TEST(Requirements, NothingIsKnownOfAnEmptyCapture) {
   EXPECT_EQ(missing[0], "slaves=1: the capture shows no slave");
   EXPECT_EQ(missing[1], "state=OP: the capture does not show the AL state of any slave");
   EXPECT_EQ(missing[2], "judged: the capture has no EtherCAT frames");
+}
+
+TEST(Requirements, AStateThatWasReachedMayBeLeft) {
+  AnalysisResult result = TwoInOp();
+  result.slaves[1].al_status = 0x01;
+  EXPECT_EQ(Missing("reached=OP", result), Texts{"reached=OP: slave 1 never shows OP"});
+  result.slaves[1].al_history = {test::MakeStep(AlStep::Kind::kRequest, 5, 0, 0x08)};
+  EXPECT_EQ(Missing("reached=OP", result).size(), 1U) << "a request is no state";
+  result.slaves[1].al_history.push_back(test::MakeStep(AlStep::Kind::kState, 6, 0x04, 0x18));
+  EXPECT_EQ(Missing("reached=OP", result).size(), 1U) << "with the error bit";
+  result.slaves[1].al_history_left_out = 1;
+  EXPECT_EQ(Missing("reached=OP", result), Texts{"reached=OP: the AL history of slave 1 is too long to be kept"});
+  result.slaves[1].al_history.push_back(test::MakeStep(AlStep::Kind::kState, 7, 0x04, 0x08));
+  EXPECT_EQ(Missing("reached=OP", result), Texts{});
+  EXPECT_EQ(Missing("state=OP", result).size(), 1U);
+  result.bus.slave_count = 3;
+  EXPECT_EQ(Missing("reached=OP", result), Texts{"reached=OP: the AL states of all slaves are not in the capture"});
+}
+
+TEST(Requirements, JudgedMeansMostOfWhatApplies) {
+  AnalysisResult result = TwoInOp();
+  result.coverage = {{"a", "c", {{4, Coverage::kJudged, {}}, {5, Coverage::kNotJudged, {}}}},
+                     {"b", "c", {{4, Coverage::kPartly, {}}, {5, Coverage::kNotApplicable, {}}}}};
+  EXPECT_EQ(Missing("judged", result), Texts{"judged=50%: 1 of 3 evaluations were possible (33%)"});
+  EXPECT_EQ(Missing("judged=33%", result), Texts{});
+  EXPECT_EQ(Missing("judged=34%", result), Texts{"judged=34%: 1 of 3 evaluations were possible (33%)"});
+  result.coverage[0].slaves[1].coverage = Coverage::kJudged;
+  EXPECT_EQ(Missing("judged", result), Texts{});
+  EXPECT_EQ(Missing("judged=90%", result).size(), 1U);
 }
 
 TEST(Requirements, UnjudgedSlavesAreNamed) {

@@ -24,6 +24,17 @@ constexpr RuleInfo kRefused{.id = "al-refused",
                             .doc = "\n## What it checks\n\nRefusals.\n"};
 const std::array<const RuleInfo*, 1> kRules{&kRefused};
 
+TEST(SarifWriter, LinksToThePagesOfRulesWhereTheProjectHasAPlace) {
+  Report report = OneReport(RefusedSafeop());
+  report.rules = kRules;
+  const json with = json::parse(WriteSarif(DigestOf(report), {}, "https://example.org/ecaudit"))["runs"][0];
+  EXPECT_EQ(with["tool"]["driver"]["informationUri"], "https://example.org/ecaudit");
+  EXPECT_EQ(with["tool"]["driver"]["rules"][0]["helpUri"], "https://example.org/ecaudit/docs/rules.md#al-refused");
+  const json without = json::parse(WriteSarif(DigestOf(report), {}, ""))["runs"][0];
+  EXPECT_FALSE(without["tool"]["driver"].contains("informationUri"));
+  EXPECT_FALSE(without["tool"]["driver"]["rules"][0].contains("helpUri"));
+}
+
 json RunOf(CaptureReport capture) {
   Report report = OneReport(std::move(capture));
   report.rules = kRules;
@@ -62,7 +73,9 @@ TEST(SarifWriter, ResultAndRule) {
   EXPECT_EQ(run["tool"]["driver"]["semanticVersion"], "1.2.3");
   EXPECT_EQ(run["tool"]["driver"]["rules"][0], json::parse(kRule));
   json result = run["results"][0];
-  EXPECT_EQ(result["partialFingerprints"].size(), 1U);
+  const json& prints = result["partialFingerprints"];
+  EXPECT_EQ(prints.size(), 2U);
+  EXPECT_EQ(prints["primaryLocationLineHash"], prints["ecauditFinding/v1"]);
   result.erase("partialFingerprints");
   EXPECT_EQ(result, json::parse(kResult));
   EXPECT_EQ(run["artifacts"], json::parse(kArtifacts));

@@ -117,16 +117,35 @@ TEST(VerdictLine, TheRootCauseLeads) {
   EXPECT_LE(Columns(Line(capture)), kVerdictColumns);
 }
 
+TEST(VerdictLine, AReservationIsNeverCut) {
+  CaptureReport capture = RefusedSafeop();
+  const Finding warning = MakeFinding("any", Severity::kWarning, 7, 760);
+  capture.result.capture.file.path = std::string(80, 'n') + ".pcapng";
+  capture.result.not_evaluable.push_back({"r", kNoSlave, Reason::Of(ReasonCode::kMissesPackets), 0, 1});
+  for (const std::vector<Finding>& findings : {std::vector<Finding>{}, {warning}}) {
+    capture.result.findings = findings;
+    EXPECT_THAT(Line(capture), StartsWith("PASS "));
+    EXPECT_THAT(Line(capture), EndsWith(", but the capture misses packets"));
+    EXPECT_LE(Columns(Line(capture)), kVerdictColumns);
+  }
+  capture.result.coverage = {{"a", "c", {{7, Coverage::kNotJudged, {}}}}};
+  EXPECT_THAT(Line(capture), EndsWith(", but the capture misses packets and more"));
+  capture.result.not_evaluable.clear();
+  EXPECT_THAT(Line(capture), EndsWith(", but only 0 of 1 evaluated"));
+  // It is about a pass: an error is no less true.
+  capture.result.findings[0].severity = Severity::kError;
+  EXPECT_THAT(Line(capture), Not(HasSubstr("but only")));
+}
+
 TEST(VerdictLine, NotesSayWhatTheLineHasNoRoomFor) {
   CaptureReport capture = RefusedSafeop();
   capture.unmet = {"slaves=2: the capture shows 1 slave", "state=OP: slave 0 is in PREOP at the end"};
   capture.result.slaves[0].not_evaluated = test::Because("its AL state");
   capture.selection.to_frame = 100;
-  EXPECT_THAT(
-      VerdictNotes(DigestOf(capture)),
-      ElementsAre("required and missing: slaves=2: the capture shows 1 slave; state=OP: slave 0 is in PREOP at "
-                  "the end",
-                  "not evaluated: slave 0: its AL state is not in the capture", "limited by --to #100"));
+  EXPECT_THAT(VerdictNotes(DigestOf(capture)),
+              ElementsAre("required and missing: slaves=2: the capture shows 1 slave; state=OP: slave 0 is in PREOP at "
+                          "the end",
+                          "not evaluated: slave 0: its AL state is not in the capture", "limited by --to #100"));
   capture.result.findings.clear();
   EXPECT_THAT(Line(capture), StartsWith("UNMET akd: required and missing: slaves=2: the capture shows 1 slave"));
 }
