@@ -201,6 +201,40 @@ bool NamesProcessData(const RuleContext&, const Finding& effect) {
   return code && std::find(kCodes.begin(), kCodes.end(), *code) != kCodes.end();
 }
 
+/// The code is about the exchange of process data (0x0018, 0x0019, 0x001B, 0x002B) or the settings for it.
+bool NamesExchange(const RuleContext& context, const Finding& effect) {
+  constexpr std::array<std::int64_t, 4> kCodes{0x0018, 0x0019, 0x001B, 0x002B};
+  const auto code = NumberOf(effect, "al_status_code");
+  return NamesProcessData(context, effect) || (code && std::find(kCodes.begin(), kCodes.end(), *code) != kCodes.end());
+}
+
+/// The code is about the synchronisation mode or its cycle: 0x0026 to 0x0028, 0x0030, 0x0035, 0x0036.
+bool NamesSyncSettings(const RuleContext&, const Finding& effect) {
+  constexpr std::array<std::int64_t, 6> kCodes{0x0026, 0x0027, 0x0028, 0x0030, 0x0035, 0x0036};
+  const auto code = NumberOf(effect, "al_status_code");
+  return code && std::find(kCodes.begin(), kCodes.end(), *code) != kCodes.end();
+}
+
+bool IsErrorOfDownload(const Finding& cause) {
+  return CodeOf(cause, "service") == "download" && cause.severity == Severity::kError;
+}
+
+/// The slave refused a synchronisation mode or cycle: 1C32h, 1C33h, 60C2h.
+bool SyncSettingRefused(const Finding&, const Finding& cause) {
+  const auto index = NumberOf(cause, "index");
+  return IsErrorOfDownload(cause) && (index == 0x1C32 || index == 0x1C33 || index == 0x60C2);
+}
+
+/// The detected modules are not the configured ones.
+bool NamesModules(const RuleContext&, const Finding& effect) {
+  return NumberOf(effect, "al_status_code") == 0x0070;
+}
+
+/// The slave refused the list of configured modules.
+bool ModuleListRefused(const Finding&, const Finding& cause) {
+  return IsErrorOfDownload(cause) && NumberOf(cause, "index") == 0xF030;
+}
+
 /// Which of both is one of the bus: none, the cause, the effect, both. Causes of the bus fold what happened now and
 /// then: a part of it has to lie between the last look before the effect and the effect, unless it goes on until it
 /// ends.
@@ -353,6 +387,10 @@ constexpr std::array kLaws{
     Law{"pdo-assign-order", "pdo-assign-state", kLater, nullptr, Bus::kNo, SameObject},
     Law{"sm-process-config", "sdo-abort", kLater, nullptr, Bus::kNo, MappingRefused},
     Law{"al-refused", "sdo-abort", kLater, NamesProcessData, Bus::kNo, MappingRefused},
+    Law{"al-refused", "fmmu-mismatch", -1, NamesExchange},
+    Law{"al-unexpected-change", "fmmu-mismatch", -1, NamesExchange},
+    Law{"al-refused", "sdo-abort", kLater, NamesSyncSettings, Bus::kNo, SyncSettingRefused},
+    Law{"al-refused", "sdo-abort", kLater, NamesModules, Bus::kNo, ModuleListRefused},
     Law{"pdo-assign-order", "sdo-abort", kLater, nullptr, Bus::kNo, CountRefused},
 };
 

@@ -19,6 +19,7 @@
 #include "analyzers/words/what.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit {
 namespace {
@@ -210,6 +211,9 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
                     const AnalysisResult& result) {
   const model::SlaveModel& model = context.slave(slave.id);
   switch (subject) {
+    case Subject::kEeprom:
+      return context.network().state(slave.id).sii.image().KnownWords() > 0 ? Presence{}
+                                                                            : Absent(NotApplicable::kEepromUnread);
     case Subject::kAlState:
       return slave.al_status ? Presence{} : Unseen(ReasonCode::kNotInCapture, what::kAlStatus);
     case Subject::kAlRequest:
@@ -251,6 +255,7 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
 /// True for what a few packets show, which may be those that a capture misses.
 bool MayBeUnseen(NotApplicable why) {
   switch (why) {
+    case NotApplicable::kEepromUnread:
     case NotApplicable::kNoRequest:
     case NotApplicable::kMailboxUnused:
     case NotApplicable::kNoCoe:

@@ -8,8 +8,9 @@
 
 namespace ecaudit {
 
-void RefusalPredictions::Add(RuleContext& context, SlaveId slave, FrameNo request, FindingIndex finding) {
+void RefusalPredictions::Add(RuleContext& context, SlaveId slave, FrameNo request, FindingIndex finding, Echo echo) {
   Watch(context, slave, request, finding);
+  if (finding != kNoFinding) reported_[finding].echo = echo;
   context.ExplainRequest(slave, request, finding);
 }
 
@@ -38,8 +39,8 @@ void RefusalPredictions::On(RuleContext& context, const model::AlAnswered& answe
       reported.accepted = true;
       // If the slave refused the write itself, the prediction came true.
       const bool aborted = context.store[index].arguments.Has("abort_code");
-      // A slave without a processor echoes every state, so its answer shows nothing.
-      if (aborted || context.slave(answer.slave).al.echoes()) continue;
+      const bool shows_nothing = reported.echo == Echo::kShowsNothing && context.slave(answer.slave).al.echoes();
+      if (aborted || shows_nothing) continue;
       context.store.Regrade(index, Severity::kInfo);
       context.store[index].Add(kStateReached, {{"state", arg::State(answer.request.control.state())},
                                                {"reached_frame", arg::Frame(answer.frame.number)}});

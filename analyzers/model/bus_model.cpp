@@ -133,6 +133,9 @@ void BusModel::On(const track::AlRequest& event) {
   slaves_[event.slave].mailbox.Forget();
   if (!HasProcessData(event.control.state())) slaves_[event.slave].ForgetLatches();
   if (event.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) DoubtSettings(event.slave);
+  if (event.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) {
+    slaves_[event.slave].outputs.since = slaves_[event.slave].inputs.since = {.request = event.frame().number};
+  }
   AlMachine& al = slaves_[event.slave].al;
   al.OnRequest(event);
   if (event.frame().number < network_.last_gap()) al.OnPause();  // it is met after a silence since then
@@ -180,7 +183,9 @@ void BusModel::On(const track::AlStatusCodeRead& event) {
 void BusModel::On(const track::AlStateForgotten& event) {
   ++states_version_;
   slaves_[event.slave].al.Forget(event.frame);
-  if (event.may_be_set_up_anew) DoubtLayouts(event.slave);
+  if (!event.may_be_set_up_anew) return;
+  slaves_[event.slave].set_up.Forget();
+  DoubtLayouts(event.slave);
 }
 
 /// Whatever was reported in the frames that are missing.
@@ -196,6 +201,7 @@ void BusModel::On(const track::CaptureGap& event) {
     slave.al.OnPause();
     if (!event.certain) continue;
     slave.mailbox.Forget();
+    slave.set_up.Forget();
     slave.ForgetLatches();
     slave.drives.Forget();
     if (!slave.al.SettledIn(esc::AlState::OP)) DoubtLayouts(static_cast<SlaveId>(id));
@@ -231,8 +237,12 @@ void BusModel::On(const ProcessCycle& cycle) {
   if (cycle.exchange == Exchange::kYes || cycle.exchange == Exchange::kInferred) {
     if (traffic.exchanged++ == 0) traffic.first = cycle.frame();
     traffic.last = cycle.frame();
+    ++traffic.since.exchanged;
   } else if (cycle.exchange == Exchange::kNo) {
     ++traffic.missed;
+    ++traffic.since.missed;
+    if (cycle.command == wire::Command::LRW) ++traffic.since.missed_by_lrw;
+    traffic.since.last_missed = cycle.frame().number;
   }
   slave.latch.OnCycle(cycle);
   slave.touch_probe.OnCycle(cycle);
@@ -251,6 +261,7 @@ void BusModel::Presume(const ProcessCycle& cycle) {
 void BusModel::On(const track::SlaveAccess& access) {
   if (access.address >= esc::kProcessRam) (void)image_.Read(access, *this);
   slaves_[access.slave].mailbox.OnAccess(access);
+  slaves_[access.slave].set_up.On(access);
   signalled_.OnAccess(access);
   const ByteSpan configuration = access.Covered(access.read, esc::kEscConfiguration, 1);
   if (!configuration.empty() && !access.broadcast) {

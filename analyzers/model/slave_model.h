@@ -12,6 +12,7 @@
 #include "analyzers/model/mailbox_unit.h"
 #include "analyzers/model/object_values.h"
 #include "analyzers/model/process_data.h"
+#include "analyzers/model/set_up_facts.h"
 #include "analyzers/model/slot_modules.h"
 #include "analyzers/objects/object_names.h"
 #include "decoder/base/allowance.h"
@@ -28,6 +29,16 @@ struct ProcessTraffic {
   std::uint64_t exchanged = 0;  ///< datagrams in which the slave took or gave them
   std::uint64_t missed = 0;     ///< in which it did not
   FrameRef first, last;         ///< of those exchanged
+
+  /// The same since the master last requested SAFEOP or a lower state.
+  struct SinceRequest {
+    FrameNo request = 0;  ///< 0: the capture does not show one
+    std::uint64_t exchanged = 0;
+    std::uint64_t missed = 0;
+    std::uint64_t missed_by_lrw = 0;
+    FrameNo last_missed = 0;
+  };
+  SinceRequest since;
 };
 
 /// What all slaves together may keep, many times what a real bus needs.
@@ -65,6 +76,7 @@ struct SlaveModel {
   std::string name;                                    ///< from ENI or ESI, else empty (untrusted text)
   AlMachine al;
   MailboxUnit mailbox;
+  SetUpFacts set_up;
   /// Parameters that the user gave, by keyword.
   std::map<std::string, std::int64_t, std::less<>> given;
   ObjectValues objects;       ///< dictionary: last value of each object seen

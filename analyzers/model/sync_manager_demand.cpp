@@ -12,6 +12,7 @@ constexpr std::uint8_t kMailboxOutType = 1;
 constexpr std::uint8_t kMailboxInType = 2;
 constexpr std::uint8_t kProcessOutType = 3;
 constexpr std::uint8_t kProcessInType = 4;
+constexpr std::uint8_t kEnable = 0x01;
 constexpr std::uint8_t kVirtual = 0x04;
 constexpr std::uint8_t kOnlyInOp = 0x08;
 constexpr std::uint8_t kModeMask = 0x03;  // of the control byte
@@ -79,7 +80,13 @@ SyncManagerDemands MailboxDemands(const device::DeviceDescription& family, const
   SyncManagerDemands demands;
   const auto& out_words = sii.header.standard_receive;
   const auto& in_words = sii.header.standard_send;
-  if (out_words && in_words && out_words->size == 0 && in_words->size == 0) {
+  const bool no_words = out_words && in_words && out_words->size == 0 && in_words->size == 0;
+  // An EEPROM whose words are empty by mistake still names protocols and has the sync managers of the mailbox.
+  const bool by_category = sii.header.protocols.value_or(0) != 0 &&
+                           std::any_of(sii.sync_managers.begin(), sii.sync_managers.end(), [](const auto& entry) {
+                             return entry.type == kMailboxOutType && entry.length != 0;
+                           });
+  if (no_words && !by_category) {
     demands.known = true;
     return demands;
   }
@@ -115,6 +122,7 @@ SyncManagerDemands ProcessDemands(const device::DeviceDescription& family, const
       demand.starts.push_back(entry.start);
       demand.start_source = DemandSource::kEeprom;
       demand.enabled = (entry.enable & kOnlyInOp) == 0;
+      demand.off_in_eeprom = (entry.enable & kEnable) == 0;
       demand.one_buffer = (entry.control & kModeMask) == static_cast<std::uint8_t>(esc::SmMode::MAILBOX);
       if (const device::SyncManagerRule* rule = of_family(demand.number, demand.use)) {
         FillFromFamily(demand, *rule, family);

@@ -38,6 +38,8 @@ struct SyncManagerDemand {
   DemandSource length_source = DemandSource::kNone;
   /// It has to be enabled; false if it may stay off by the EEPROM.
   bool enabled = true;
+  /// The EEPROM itself has it switched off: a slave that goes on with it so needs no sync manager there.
+  bool off_in_eeprom = false;
   /// Process data through a single buffer, as in the EEPROM of few slaves.
   bool one_buffer = false;
   std::string reference;  ///< "AKD-2011, 4.1"

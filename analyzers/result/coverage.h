@@ -22,6 +22,7 @@ enum class NotApplicable : std::uint8_t {
   kApplies,
   kSwitchedOff,
   kNoExpectation,
+  kEepromUnread,
   kNoRequest,
   kInInit,
   kMailboxUnused,
@@ -43,6 +44,8 @@ enum class NotApplicable : std::uint8_t {
       return "switched off by --rule or the configuration file";
     case NotApplicable::kNoExpectation:
       return "no expectation of the start-up is given (startup --expect)";
+    case NotApplicable::kEepromUnread:
+      return "the EEPROM is not read";
     case NotApplicable::kNoRequest:
       return "no state is requested of the slave";
     case NotApplicable::kInInit:

@@ -15,6 +15,7 @@ enum class Subject : std::uint8_t {
   kCapture,        ///< the file
   kBus,            ///< frames, no single slave; all that follow are evaluated for each slave
   kSlave,          ///< any slave
+  kEeprom,         ///< a slave whose EEPROM is read
   kAlState,        ///< a slave whose AL Status is read
   kAlRequest,      ///< a slave of which states are requested
   kConfiguration,  ///< a slave whose sync managers and FMMUs are seen to be set

@@ -100,6 +100,11 @@ void DcUnit::OnDifference(const track::SlaveAccess& access) {
 }
 
 void DcUnit::OnWrite(const track::SlaveAccess& access, const esc::RegisterImage& registers) {
+  const bool sets_clock = Overlaps(access, access.written.size(), esc::kSystemTime, 8) ||
+                          Overlaps(access, access.written.size(), esc::kSystemTimeOffset, 12);
+  if (sets_clock && left_on_ && left_on_->clock_set == 0 && left_on_->off == 0) {
+    left_on_->clock_set = access.frame().number;
+  }
   if (Overlaps(access, access.written.size(), esc::kSystemTimeOffset, 12)) {
     adjusted_ = adjusted_ || !access.broadcast;
     own_time_.reset();  // taken before the clock was set
@@ -123,6 +128,8 @@ DcUnit::Change DcUnit::OnActivation(const track::SlaveAccess& access, const esc:
   was_known_ = activation_.has_value();
   activation_ = told_activation_ = now;
   if (!now.active()) {
+    if (left_on_ && left_on_->clock_set == 0) left_on_.reset();  // in time
+    if (left_on_ && left_on_->off == 0 && written) left_on_->off = access.frame().number;
     active_.reset();
     return was_active && written ? Change::kSwitchedOff : Change::kNone;
   }
@@ -150,6 +157,11 @@ SyncSettings DcUnit::SettingsIn(const esc::RegisterImage& registers) const {
 }
 
 void DcUnit::BeginAnew() {
+  if (active_) {
+    left_on_ = SyncLeftOn{active_->frame.number, 0, 0};
+  } else if (left_on_ && left_on_->off != 0) {
+    left_on_.reset();
+  }
   // What was off is off after a power cycle, too.
   if (activation_ && activation_->active()) activation_.reset();
   active_.reset();

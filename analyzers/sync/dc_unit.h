@@ -23,6 +23,13 @@ struct SyncSettings {
   std::optional<std::uint32_t> sync0_cycle_ns, sync1_cycle_ns;
 };
 
+/// SYNC0 or SYNC1 was on at the end of a run, and still was when the master set the clock for the next one.
+struct SyncLeftOn {
+  FrameNo on = 0;         ///< the frame that switched it on, in the run before
+  FrameNo clock_set = 0;  ///< the first write to time, offset or delay while it was on; 0: none yet
+  FrameNo off = 0;        ///< the frame that switched it off at last; 0: none did
+};
+
 class DcUnit {
  public:
   /// Later steps are counted only.
@@ -49,6 +56,10 @@ class DcUnit {
   [[nodiscard]] const std::optional<SyncSettings>& last_active() const { return last_active_; }
   /// The same, of whichever run.
   [[nodiscard]] const std::optional<SyncSettings>& activated() const { return activated_; }
+  /// Set where the clock was set while the pulses of the run before went on.
+  [[nodiscard]] std::optional<SyncLeftOn> left_on() const {
+    return left_on_ && left_on_->clock_set != 0 ? left_on_ : std::nullopt;
+  }
   /// SYNC0 cycle written by this slave's own address: frame; seen() false when it never was, or was set to 0 since.
   [[nodiscard]] const FrameRef& cycle_configured() const { return cycle_configured_; }
   /// Last write of another SYNC0 cycle while SYNC was on; seen() false when there was none.
@@ -94,6 +105,7 @@ class DcUnit {
   bool was_known_ = false;
   std::optional<esc::SyncActivation> activation_;
   std::optional<SyncSettings> active_, last_active_;
+  std::optional<SyncLeftOn> left_on_;
   // For reports: as they were last, whichever run that was.
   std::optional<SyncSettings> activated_;
   std::optional<esc::SyncActivation> told_activation_;

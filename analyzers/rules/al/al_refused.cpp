@@ -4,6 +4,7 @@
 
 #include "analyzers/judge/init_command_watch.h"
 #include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/refusal_reasons.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
@@ -16,15 +17,17 @@ namespace {
 
 constexpr FindingKind kRefused{
     .name = "refused",
-    .title = "{requested} refused[ in {state_before}][ with AL status code {al_status_code}]",
+    .title =
+        "[{?reason}{requested} refused with {al_status_code:number}: {reason}][{!reason}{requested} "
+        "refused[ in {state_before}][ with AL status code {al_status_code}]]",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. From {frame} on AL Status is {al_status:number} ({al_status}).[ The AL status code (0x0134) is
 {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the slave
 is not in the capture.][ Later AL status codes: {later_codes}.][ This transition requires: {requirement}.])",
     .next =
         R"([{?caused}Correct the cause.][{!caused}[{?no_boot}Do not request {requested}: the slave does not have this
-state. Acknowledge the error (bit 4 of AL Control).][{!no_boot}[{?al_status_code}Check the settings that the AL status
-code names.][{!al_status_code}Read the AL status code (0x0134).] Then acknowledge the error (bit 4 of AL Control) and
+state. Acknowledge the error (bit 4 of AL Control).][{!no_boot}[{?reason}Correct this.][{!reason}[{?al_status_code}Check the settings
+that the AL status code names.][{!al_status_code}Read the AL status code (0x0134).]] Then acknowledge the error (bit 4 of AL Control) and
 request {requested} again.]])",
     .identity = "requested state_before al_status_code"};
 
@@ -61,7 +64,8 @@ constexpr NoteKind kMayBeOlder{
         "The error may be older: the master did not read AL Status between the start of the capture and the request."};
 
 constexpr const FindingKind* kKinds[] = {&kRefused, &kNotAcknowledged, &kRefusedOnBus};
-constexpr const NoteKind* kNotes[] = {&kInitCommandsMissing, &kMayBeOlder};
+constexpr const NoteKind* kOwnNotes[] = {&kInitCommandsMissing, &kMayBeOlder};
+constexpr auto kNotes = refusal::With(kOwnNotes);
 
 // It asks what explains the request.
 constexpr std::string_view kAfter[] = {"al-invalid-request"};
@@ -94,6 +98,8 @@ The finding needs an error bit that appears after a request that the slave accep
 - If AL Status was not read before the request, the error may be older: the finding is inferred.
 - If the model knows why the slave had to refuse (an illegal transition, a wrong sync manager), caused_by names that
   finding.
+- For many AL status codes the finding lists what the capture shows of the registers, objects and counters that can be
+  the reason: what is wrong, and what was checked and is right. The settings at the time when the code is read count.
 - With an ESI (--esi), the finding lists the init commands of the ESI that the capture does not show. The capture must
   show how the slave reached PREOP.
 - The finding belongs to the bus if only broadcast reads show the error bit, at least three times after a request
@@ -219,6 +225,13 @@ class AlRefused final : public Rule {
     Finding& finding = context().store[index];
     SetCodes(finding, reported);
     AddRelated(finding, frame.number == finding.first.number ? 0 : frame.number);
+    if (reported.codes.size() > 1) return;  // what was checked belongs to the first code
+    const model::AlRequestRecord& request = reported.answer.request;
+    AddTo(finding, FindRefusalReasons(context(), {.slave = finding.slave,
+                                                  .code = code,
+                                                  .requested = request.control.state(),
+                                                  .request = request.last.number,
+                                                  .shown = reported.answer.frame.number}));
   }
 
   void Describe(Finding& finding, const Reported& reported) const {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/refusal_reasons.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
@@ -17,7 +18,9 @@ namespace {
 
 constexpr FindingKind kDropped{
     .name = "dropped",
-    .title = "Drops from {al_status_before} to {al_status} by itself[, AL status code {al_status_code}]",
+    .title =
+        "Drops from {al_status_before} to {al_status}[{?reason} ({al_status_code:number}): {reason}][{!reason} by "
+        "itself[, AL status code {al_status_code}]]",
     .message = R"(AL Status is {al_status_before} in {before_frame}, and {al_status} ({al_status:number}) in {frame}.
 No request of the master explains the change.[ The AL status code (0x0134) is {al_status_code}.][ The cause by
 [{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",
@@ -98,8 +101,9 @@ constexpr NoteKind kSlaveNotKnown{
 the master read {excluded?it|them}, and {excluded?it does|they do} not show the change.])"};
 
 constexpr const FindingKind* kKinds[] = {&kDropped, &kErrorBitSet, &kAllDropped, &kDroppedOnBus, &kErrorBitOnBus};
-constexpr const NoteKind* kNotes[] = {&kCodeNotRead,  &kErrorOfSome,   &kUndefinedState,
-                                      &kMayBeRestart, &kOnlySlaveLeft, &kSlaveNotKnown};
+constexpr const NoteKind* kOwnNotes[] = {&kCodeNotRead,  &kErrorOfSome,   &kUndefinedState,
+                                         &kMayBeRestart, &kOnlySlaveLeft, &kSlaveNotKnown};
+constexpr auto kNotes = refusal::With(kOwnNotes);
 
 constexpr Word kRequest{"request", "a request of the master"};
 constexpr Word kAlStatusTwice{"al-status-twice", "AL Status (0x0130) twice"};
@@ -242,6 +246,7 @@ class AlUnexpectedChange final : public Rule {
   struct Reported {
     model::AlChangedByItself change;
     std::optional<std::uint16_t> code;
+    RefusalReasons reasons;
   };
 
   /// True if the indices of the frames between two reads do not show that each of them is in the capture.
@@ -319,7 +324,7 @@ class AlUnexpectedChange final : public Rule {
       AddRelated(finding, e.before_since);
       index = Report(key, std::move(finding));
       if (index == kNoFinding) return;
-      if (reported_.emplace(index, Reported{e, {}}).second) Describe(context().store[index], reported_[index]);
+      if (reported_.emplace(index, Reported{e, {}, {}}).second) Describe(context().store[index], reported_[index]);
     } else {
       AddRelated(context().store[index], e.frame.number);
     }
@@ -359,6 +364,8 @@ class AlUnexpectedChange final : public Rule {
     Reported& reported = reported_[index];
     if (reported.code) return;
     reported.code = code;
+    reported.reasons = FindRefusalReasons(
+        context(), {.slave = reported.change.slave, .code = code, .shown = reported.change.frame.number});
     Describe(context().store[index], reported);
     AddRelated(context().store[index], frame.number == context().store[index].first.number ? 0 : frame.number);
   }
@@ -373,6 +380,7 @@ class AlUnexpectedChange final : public Rule {
     finding.notes.clear();
     if (reported.code) {
       SetCode(finding, e, *reported.code, family);
+      AddTo(finding, reported.reasons);
     } else if (e.status.bit4()) {
       finding.Add(kCodeNotRead);
     } else if (e.error_of_some) {

@@ -6,7 +6,10 @@
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/time.h"
+#include "decoder/esc/al.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/pipeline.h"
 
@@ -20,6 +23,21 @@ constexpr FindingKind kNoResponse{
 response in {polls} over {waited_ms}, the last in {last_poll_frame}.][{!last_poll_frame}It got no response within
 {waited_ms}.][ Then it sent the next request in {next_request_frame}.][ Then the mailbox was reset in {reset_frame}.])",
     .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
+    .identity = "protocol object"};
+
+constexpr FindingKind kTooEarly{
+    .name = "before-state",
+    .title = "[SDO request for {object}][{!object}{protocol} request] written before {requested} is reached",
+    .message =
+        R"(The master requested {requested} in {state_frame} and wrote the [SDO request for {object}][{!object}{protocol}
+request] in {frame}[, {after_us} later]. [{?unread}It did not read AL Status in between.][{!unread}AL Status did not show
+{requested} yet.] In INIT the mailbox is not active, and a slave discards what is written before it has reached
+{requested}. [The master found no response in {polls} over {waited_ms}, the last in {last_poll_frame}.][{!last_poll_frame}The
+master got no response within {waited_ms}.][ Then it sent the next request in {next_request_frame}.][ Then the mailbox was
+reset in {reset_frame}.])",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}Wait until AL Status (0x0130) shows {requested} before the first
+mailbox request.])",
     .identity = "protocol object"};
 
 constexpr FindingKind kStuck{
@@ -76,7 +94,7 @@ constexpr NoteKind kFurther{
 this mailbox.] {further} had no response, the last of them the [SDO request for {object}][{!object}{protocol} request]
 in {last_request_frame}.)"};
 
-constexpr const FindingKind* kKinds[] = {&kNoResponse, &kStuck};
+constexpr const FindingKind* kKinds[] = {&kNoResponse, &kTooEarly, &kStuck};
 constexpr const NoteKind* kNotes[] = {&kStillFull,        &kResponseLost,     &kRequestLost, &kNotKnownIfRead,
                                       &kReadCounterRight, &kReadCounterEqual, &kRead,        &kLateResponse,
                                       &kReadLost,         &kFurther};
@@ -128,6 +146,8 @@ The request never got a response, and one of these is true:
 
 A late response is a response, however late it is.
 
+- A request that is written after the master requested a state out of INIT, and before AL Status showed it, has its own
+  kind: the mailbox was not active yet.
 - The status of the out mailbox (0x0805) shows whether the slave read the request: if it is still full, it did not.
 - An out mailbox is reported, too, if it is full at each poll until the limit is over and the capture does not show how
   it was filled (before the capture, or in a capture gap). After a capture gap the wait counts as long as nothing is
@@ -156,6 +176,7 @@ class MailboxNoResponse final : public Rule {
     Subscribe<mailbox::MailboxMessage>(&MailboxNoResponse::On);
     Subscribe<mailbox::SdoUnexpected>(&MailboxNoResponse::On);
     Subscribe<mailbox::MailboxStuck>(&MailboxNoResponse::On);
+    Subscribe<model::AlRequestJudged>(&MailboxNoResponse::On);
   }
 
   void On(const mailbox::MailboxUnanswered& e) {
@@ -216,8 +237,18 @@ class MailboxNoResponse final : public Rule {
     if (m.direction == mailbox::Direction::kIn) {
       BreakSilence(silence, m.frame().number);
     } else {
-      silence.sent[1] = std::exchange(silence.sent[0], {m.frame().number, m.counter_step});
+      const model::AlMachine& al = context().slave(m.slave).al;
+      const bool early = silence.requested_frame.seen() && al.possible().contains(kInit);
+      silence.sent[1] =
+          std::exchange(silence.sent[0], {m.frame().number, m.counter_step, early, early && al.waits_for() == nullptr});
     }
+  }
+
+  /// A request out of INIT: until the slave shows its answer, the mailbox may not be active yet.
+  void On(const model::AlRequestJudged& e) {
+    Silence& silence = SilenceOf(e.slave);
+    silence.requested = e.request.control.state();
+    silence.requested_frame = silence.requested == kInit ? FrameRef{} : e.request.frame;
   }
 
   /// An answer after the master gave up.
@@ -273,6 +304,8 @@ class MailboxNoResponse final : public Rule {
   }
 
  private:
+  static constexpr auto kInit = static_cast<std::uint8_t>(esc::AlState::INIT);
+
   struct LostRead {
     SlaveId slave = kNoSlave;
     FindingIndex finding = kNoFinding;
@@ -290,8 +323,13 @@ class MailboxNoResponse final : public Rule {
     struct Sent {
       FrameNo frame = 0;
       mailbox::CounterStep step = mailbox::CounterStep::kUnknown;
+      bool early = false;   ///< the slave was not seen to have left INIT
+      bool unread = false;  ///< AL Status was not read between the request of the state and this message
     };
     std::array<Sent, 2> sent{};  ///< the newest messages of the master
+    // The last request of a state.
+    std::uint8_t requested = 0;
+    FrameRef requested_frame;
   };
 
   Silence& SilenceOf(SlaveId slave) {
@@ -317,14 +355,16 @@ class MailboxNoResponse final : public Rule {
     return &kind == &kReadCounterRight || &kind == &kReadCounterEqual || &kind == &kRead;
   }
 
-  static mailbox::CounterStep StepOf(const mailbox::MailboxUnanswered& e, const Silence& silence) {
+  /// The message with the request; null if newer ones have taken its place.
+  static const Silence::Sent* SentOf(const mailbox::MailboxUnanswered& e, const Silence& silence) {
     for (const Silence::Sent& sent : silence.sent) {
-      if (sent.frame == e.request.frame.number &&
-          (sent.step == mailbox::CounterStep::kNext || sent.step == mailbox::CounterStep::kSame)) {
-        return sent.step;
-      }
+      if (sent.frame == e.request.frame.number) return &sent;
     }
-    return mailbox::CounterStep::kUnknown;
+    return nullptr;
+  }
+  static mailbox::CounterStep StepOf(const mailbox::MailboxUnanswered& e, const Silence& silence) {
+    const Silence::Sent* sent = SentOf(e, silence);
+    return sent == nullptr ? mailbox::CounterStep::kUnknown : sent->step;
   }
 
   static Finding DescribeStuck(const mailbox::MailboxStuck& e, std::int64_t wait) {
@@ -341,7 +381,19 @@ class MailboxNoResponse final : public Rule {
 
   static Finding Describe(const mailbox::MailboxUnanswered& e, const Silence& silence) {
     using End = mailbox::MailboxUnanswered::End;
-    Finding finding = Found(kNoResponse, e.slave, e.request.frame);
+    const FrameRef& asked = silence.requested_frame;
+    const Silence::Sent* sent = SentOf(e, silence);
+    const bool too_early = sent != nullptr && sent->early && !e.read_lost;
+    Finding finding = Found(too_early ? kTooEarly : kNoResponse, e.slave, e.request.frame);
+    if (too_early) {
+      finding.Set("requested", arg::State(silence.requested))
+          .Set("state_frame", arg::Frame(asked.number))
+          .Set("unread", arg::Flag(sent->unread));
+      if (asked.has_time && e.request.frame.has_time) {
+        finding.Set("after_us", arg::Us(Elapsed(asked.time, e.request.frame.time)));
+      }
+      AddRelated(finding, asked.number);
+    }
     finding.confidence = e.read_lost ? Confidence::kInferred : ConfidenceOf(e.certainty);
     SetRequest(finding.arguments, e.request);
     finding.Set("waited_ms", arg::Ms(WaitOf(e).value_or(0)))
@@ -354,6 +406,7 @@ class MailboxNoResponse final : public Rule {
     } else if (e.end == End::kReset && e.ended.seen()) {
       finding.Set("reset_frame", arg::Frame(e.ended.number));
     }
+    if (too_early) return finding;
     const auto [note, advice] = FateOf(e, silence);
     finding.Add(*note).Set("advice", arg::Of(*advice));
     return finding;

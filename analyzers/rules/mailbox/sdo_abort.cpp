@@ -5,10 +5,14 @@
 #include <set>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/pdo_rule.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/shared_notes.h"
+#include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/process/pdo_mapping.h"
@@ -18,13 +22,15 @@ namespace {
 
 constexpr FindingKind kAborted{
     .name = "aborted",
-    .title = R"(SDO {service}[ of {object:number}] aborted [{!displaced_abort_code}({abort_code:number})[:
+    .title = R"([{!other}[{mapped:number} not mapped in {object:number}][{assigned:number} not assigned in
+{object:number}]][{?other}SDO {service}[ of {object:number}] aborted] [{!displaced_abort_code}({abort_code:number})[:
 {reason}]][({displaced_abort_code:number}, misplaced)])",
     .message =
         R"(The slave aborts the {service} of [{object}[{?complete_access} (complete access)]][{!object}an object that is
 not in the capture][ (request in {request_frame})]. The abort code is {abort_code}.[{?undefined} The standard does not
 define this code.][ 4 bytes later the message has {displaced_abort_code}. The slave put its code in the wrong
-place.][ The master wrote {size}[ ({value}[{?value_cut}...])].])",
+place.][ The master wrote {size}[ ({value}[{?value_cut}...])].][ This maps {mapped}, {mapped_bits}.][ This assigns
+{assigned}.])",
     .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
     .identity = "service object abort_code"};
 
@@ -49,6 +55,23 @@ finds out what the slave does not offer.)",
     .next = "",
     .identity = "service object abort_code"};
 
+constexpr FindingKind kCountTooLarge{
+    .name = "count-too-large",
+    .title = "{count_object:number} has {entries}, but {object:number} does not exist",
+    .message =
+        R"(The slave gave {entries:number} as the number of entries in {count_object} ({count_frame}). It aborts the upload of
+{object} (request in {request_frame}) with {abort_code}. So {count_object:number} has more entries than exist. A master that
+reads as many entries as the count states stops here.)",
+    .next =
+        R"(Write the right number to {count_object:number} in the init commands (0: no entry). Or let the master use the
+EEPROM or the ESI file.)",
+    .identity = "object"};
+
+constexpr NoteKind kIsRegister{
+    .name = "register-address",
+    .text =
+        R"(Objects of an application begin at 1000h. {address} is the address of a register of the slave controller, which
+FPRD reads.)"};
 constexpr NoteKind kNoCompleteAccessInEsi{.name = "esi-no-complete-access",
                                           .text = "The ESI of the slave does not offer complete access."};
 constexpr NoteKind kAssignmentFixed{.name = "esi-fixed-assignment",
@@ -61,9 +84,9 @@ constexpr NoteKind kWrittenSingly{
 constexpr NoteKind kWrittenLater{.name = "accepted-later",
                                  .text = "In {accepted_frame} the slave accepted the same value."};
 
-constexpr const FindingKind* kKinds[] = {&kAborted, &kAbortedByMaster, &kNotOffered};
-constexpr const NoteKind* kNotes[] = {&kNoCompleteAccessInEsi, &kAssignmentFixed, &kMappingFixed, &kWrittenSingly,
-                                      &kWrittenLater};
+constexpr const FindingKind* kKinds[] = {&kAborted, &kAbortedByMaster, &kNotOffered, &kCountTooLarge};
+constexpr const NoteKind* kNotes[] = {&kIsRegister,   &kNoCompleteAccessInEsi, &kAssignmentFixed,
+                                      &kMappingFixed, &kWrittenSingly,         &kWrittenLater};
 
 constexpr RuleInfo kInfo{.id = "sdo-abort",
                          .group = "Mailbox and CoE",
@@ -95,6 +118,8 @@ which make it an info:
 Masters use such uploads to find out what a slave offers (slaveinfo of SOEM, optional objects of TwinCAT). Nothing is
 changed.
 
+- An upload of an entry of 1C1xh, 16xxh or 1Axxh that does not exist, although subindex 0 counts it, is a warning. It is
+  an info if the slave reaches SAFEOP later.
 - A download with complete access that the slave does not support becomes an info if the master then writes the same
   PDOs or entries and their number one by one.
 - If the slave accepts the same value later, the finding notes it.
@@ -143,6 +168,8 @@ constexpr Word kCheckAccess{
     "check-access", "Find the access rights of the object in the dictionary of the drive: it does not allow this"};
 constexpr Word kCheckObject{"check-object", "Check the index and the firmware: the drive does not have this object"};
 constexpr Word kCheckMapping{"check-mapping", "Compare the PDO mapping with what the drive allows"};
+constexpr Word kCheckMapped{"check-mapped-object",
+                            "Map only objects that the drive has: compare with its PDO mapping and its dictionary"};
 constexpr Word kCheckLength{"check-length", "Compare the length with the type of the object"};
 constexpr Word kCheckValue{"check-value", "Compare the subindex and the value with the limits of the object"};
 constexpr Word kCheckState{"check-state", "Check the state of the drive: AL state, enabled, local control"};
@@ -212,7 +239,24 @@ constexpr CodeWords kCodes[] = {
 
 class SdoAbort final : public Rule {
  public:
-  SdoAbort() : Rule(kInfo) { Subscribe<mailbox::SdoTransfer>(&SdoAbort::On); }
+  SdoAbort() : Rule(kInfo) {
+    Subscribe<mailbox::SdoTransfer>(&SdoAbort::On);
+    Subscribe<model::AlAnswered>(&SdoAbort::On);
+  }
+
+  /// The slave decides: its master got on nevertheless.
+  void On(const model::AlAnswered& e) {
+    const std::uint8_t state = e.request.control.state();
+    if (e.outcome == model::AlAnswered::Outcome::kRefused || state < static_cast<std::uint8_t>(esc::AlState::SAFEOP))
+      return;
+    std::erase_if(counts_, [&](const Count& count) {
+      if (count.slave != e.slave) return false;
+      context().store.Regrade(count.finding, Severity::kInfo);
+      context().store[count.finding].Add(kStateReached,
+                                         {{"state", arg::State(state)}, {"reached_frame", arg::Frame(e.frame.number)}});
+      return true;
+    });
+  }
 
   void On(const mailbox::SdoTransfer& t) {
     if (t.outcome == mailbox::SdoOutcome::kCompleted) {
@@ -231,6 +275,7 @@ class SdoAbort final : public Rule {
       Remember(t, known);
       return;
     }
+    if (ReportCount(t, key)) return;
     const std::uint32_t code = t.displaced_abort_code.value_or(t.abort_code);
     Finding finding = Found(IsProbe(t) ? kNotOffered : by_slave ? kAborted : kAbortedByMaster, t.slave, t.last);
     finding.confidence = t.has_object ? ConfidenceOf(t.certainty) : Confidence::kObserved;
@@ -250,6 +295,10 @@ class SdoAbort final : public Rule {
     if (t.request.seen()) finding.Set("request_frame", arg::Frame(t.request.number));
     if (t.service == mailbox::SdoService::kDownload) SetValue(finding, t);
     if (by_slave) AddEsiNote(finding, t);
+    SetMapping(finding, t, code);
+    if (by_slave && t.has_object && t.index < kFirstObject) {
+      finding.Add(kIsRegister, {{"address", arg::Hex(t.index)}});
+    }
     AddRelated(finding, t.request.number);
     const FindingIndex index = Report(key, IsProbe(t) ? Severity::kInfo : Severity::kError, std::move(finding));
     RememberWhole(t, index);
@@ -259,6 +308,55 @@ class SdoAbort final : public Rule {
   void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
+  static constexpr std::uint16_t kFirstObject = 0x1000;
+
+  /// Subindex 0 of a list of PDOs or entries counts more than there are.
+  struct Count {
+    SlaveId slave = kNoSlave;
+    FindingIndex finding = kNoFinding;
+  };
+
+  bool ReportCount(const mailbox::SdoTransfer& t, std::uint64_t key) {
+    const bool no_entry = t.service == mailbox::SdoService::kUpload && t.has_object && !t.complete_access &&
+                          t.aborted_by == mailbox::Direction::kIn && t.abort_code == kNoSubindex && t.subindex > 0;
+    if (!no_entry || !process::IsPdoObject(t.index) || t.certainty != Certainty::kObserved) return false;
+    const model::SlaveModel& slave = context().slave(t.slave);
+    const model::ObjectValue* count = slave.objects.Find(t.index, 0);
+    if (count == nullptr || count->written || count->raw < t.subindex || count->raw > 0xFF) return false;
+    Finding finding = Found(kCountTooLarge, t.slave, t.last);
+    SetObject(finding, t, *slave.profile);
+    finding.Set("service", ServiceValue(t.service))
+        .Set("count_object", arg::Object(t.index, 0))
+        .Set("entries", arg::Count(count->raw, "entry"))
+        .Set("count_frame", arg::Frame(count->since))
+        .Set("abort_code", arg::Code(t.abort_code, mailbox::AbortCodeText(t.abort_code), 8));
+    if (t.request.seen()) finding.Set("request_frame", arg::Frame(t.request.number));
+    AddRelated(finding, t.request.number);
+    AddRelated(finding, count->since);
+    const FindingIndex index = Report(key, Severity::kWarning, std::move(finding));
+    if (index != kNoFinding && counts_.size() < FindingStore::kMaxFindings) counts_.push_back({t.slave, index});
+    return true;
+  }
+
+  /// What an entry of 16xxh, 1Axxh or 1C1xh means. The abort is about the object in it as much as about the entry.
+  void SetMapping(Finding& finding, const mailbox::SdoTransfer& t, std::uint32_t code) const {
+    const bool entry = t.service == mailbox::SdoService::kDownload && t.has_object && !t.complete_access &&
+                       t.subindex > 0 && t.aborted_by == mailbox::Direction::kIn;
+    const bool about_value = code == kNoObject || code >> 16U == 0x0604 || code >> 16U == 0x0609;
+    bool other = true;
+    if (entry && process::IsAssignment(t.index) && t.data.size() == 2) {
+      finding.Set("assigned", arg::Object(LittleEndian<std::uint16_t>(t.data, 0)));
+      other = !about_value;
+    } else if (entry && process::IsPdoObject(t.index) && !process::IsAssignment(t.index) && t.data.size() == 4) {
+      const auto value = LittleEndian<std::uint32_t>(t.data, 0);
+      finding.Set("mapped", MappedValue(value, *context().slave(t.slave).profile))
+          .Set("mapped_bits", arg::Count(value & 0xFFU, "bit"));
+      other = !about_value;
+      if (code == kNoObject) finding.Set("advice", arg::Of(kCheckMapped));
+    }
+    finding.Set("other", arg::Flag(other));
+  }
+
   /// Complete access that was refused, and the entries that the master has to write one by one instead.
   struct Whole {
     SlaveId slave = kNoSlave;
@@ -402,6 +500,7 @@ class SdoAbort final : public Rule {
     }
   }
 
+  std::vector<Count> counts_;
   std::array<Refused, 32> refused_{};  // the newest
   std::size_t next_refused_ = 0;
   std::set<FindingIndex> noted_;

@@ -3,6 +3,7 @@
 #include <limits>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
@@ -12,7 +13,9 @@
 #include "analyzers/judge/sync_text.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/sync/sync_model.h"
 #include "decoder/base/time.h"
+#include "decoder/esc/register_addresses.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/events.h"
 #include "decoder/track/network.h"
@@ -46,8 +49,8 @@ constexpr FindingKind kNotMapped{
     .message =
         R"(The slave is in OP since {frame}. No active FMMU maps its {direction} (sync manager with start
 {physical_start}, length {length:number}, control {control}). The master does not access them directly either. [{?outputs}The
-slave gets no outputs, and its watchdog will end OP (AL status code 0x001b).][{!outputs}The master gets no inputs of this
-slave.])",
+slave gets no outputs[{!stays}, and its watchdog will end OP (AL status code 0x001b)].][{!outputs}The master gets no inputs
+of this slave. A slave does not need that to stay in OP.])",
     .next = kNext,
     .identity = "direction"};
 
@@ -61,7 +64,17 @@ no outputs, and its watchdog reports it (AL status code 0x001b).)",
     .next = kNext,
     .identity = "direction"};
 
+constexpr NoteKind kStaysInOp{
+    .name = "stays-in-op",
+    .text =
+        R"(The slave stays in OP for {stayed_ms}, until {until_frame}, without outputs: its watchdog does not
+act[ ({reason})]. Its outputs keep their values, also if the master fails.)"};
+
 constexpr const FindingKind* kKinds[] = {&kSwitchedOff, &kNotMapped, &kOpRefused};
+constexpr const NoteKind* kNotes[] = {&kStaysInOp};
+
+constexpr Word kWatchdogTimeZero{"watchdog-time-zero", "0x0420 is 0"};
+constexpr Word kNoTrigger{"no-watchdog-trigger", "bit 6 of the control byte of the sync manager is 0"};
 
 constexpr Word kOutputs{"outputs", "outputs", true};
 constexpr Word kInputs{"inputs", "inputs", true};
@@ -78,6 +91,7 @@ constexpr RuleInfo kInfo{.id = "fmmu-inactive",
                          .needs = "the settings of FMMUs and sync managers, and that the slave is in OP",
                          .source = "ESC-1, FMMU; ETG1000.4, FMMUs",
                          .kinds = kKinds,
+                         .notes = kNotes,
                          .after = kAfter,
                          .doc = R"(
 ## What it checks
@@ -98,6 +112,8 @@ evaluated.
 
 - A write that switches the last FMMU of a direction off in OP is reported at once.
 - Everything else is reported when the slave leaves OP or the capture ends, after at least 20 ms in OP.
+- A slave that stays in OP without outputs for twice its watchdog time shows that its watchdog does not act: a warning.
+- Inputs that no FMMU maps are an info: the master does not use them, and the slave does not need that.
 - One access to the memory of the sync manager by position or station address proves an exchange without FMMU.
 
 ## Example
@@ -131,7 +147,7 @@ class FmmuInactive final : public Rule {
     if (slave.op_since.seen()) return;
     slave.reported.fill(false);
     slave.outputs = kNoFinding;
-    Evaluate(e.slave, true, e.frame, nullptr, true);
+    (void)Evaluate(e.slave, true, e.frame, nullptr, true);
     if (slave.outputs != kNoFinding) refusals_.push_back({e.slave, e.frame.number, slave.outputs});
     if (refusals_.size() > kMost) refusals_.erase(refusals_.begin());
   }
@@ -150,7 +166,7 @@ class FmmuInactive final : public Rule {
   }
   void On(const model::AlChangedByItself& e) {
     if (e.status.state() == kOp) return;
-    Leave(e.slave, e.frame);
+    Leave(e.slave, e.frame, true);
     if (e.slave >= slaves_.size()) return;
     slaves_[e.slave].dropped = e.frame.number;
     if (e.code) Blame(e.slave, *e.code);
@@ -159,7 +175,7 @@ class FmmuInactive final : public Rule {
   void On(const track::SlaveAccess& e) {
     if (e.slave >= slaves_.size() || !slaves_[e.slave].op_since.seen() || !e.done() || e.broadcast) return;
     if (e.address >= esc::kFmmuBase && e.address < esc::FmmuAddress(esc::kMaxFmmus) && !e.written.empty()) {
-      for (const bool outputs : {true, false}) Evaluate(e.slave, outputs, e.frame(), &e);
+      for (const bool outputs : {true, false}) (void)Evaluate(e.slave, outputs, e.frame(), &e);
     } else if (e.address >= esc::RegisterImage::kSize) {
       const track::SlaveState& state = context().network().state(e.slave);
       for (const bool outputs : {true, false}) {
@@ -218,52 +234,80 @@ class FmmuInactive final : public Rule {
     return any;
   }
 
-  void Leave(SlaveId id, const FrameRef& frame) {
+  /// @param by_itself  the slave dropped
+  void Leave(SlaveId id, const FrameRef& frame, bool by_itself = false) {
     if (id >= slaves_.size() || !slaves_[id].op_since.seen()) return;
     Watched& slave = slaves_[id];
     const FrameRef since = slave.op_since;
     slave.was_in_op = true;
     const bool long_enough = since.has_time && frame.has_time && Elapsed(since.time, frame.time) >= kLongEnoughNs;
     for (const bool outputs : {true, false}) {
-      if (long_enough) Evaluate(id, outputs, since, nullptr);
+      if (!long_enough) continue;
+      const bool new_one = !slave.reported[outputs ? 1 : 0];
+      const FindingIndex index = Evaluate(id, outputs, since, nullptr);
+      if (index != kNoFinding && new_one && !by_itself) GoesOn(id, outputs, index, since, frame);
     }
     slave.op_since = {};
   }
 
+  /// It stayed in OP as long as the master wanted.
+  void GoesOn(SlaveId id, bool outputs, FindingIndex index, const FrameRef& since, const FrameRef& until) {
+    if (!outputs) return context().store.Regrade(index, Severity::kInfo);
+    const TimeNs watchdog = context().sync().outputs(id).watchdog_ns;
+    const TimeNs stayed = Elapsed(since.time, until.time);
+    if (stayed < 2 * watchdog) return;
+    Finding& finding = context().store[index];
+    if (finding.Has(kStaysInOp)) return;
+    context().store.Regrade(index, Severity::kWarning);
+    Arguments arguments{{"stayed_ms", arg::Ms(stayed)}, {"until_frame", arg::Frame(until.number)}};
+    const track::SlaveState& state = context().network().state(id);
+    const auto time = state.registers.Value<std::uint16_t>(esc::kProcessWatchdog);
+    const auto manager = state.process_manager(esc::SmDirection::ECAT_WRITES);
+    if (time && *time == 0) {
+      arguments.Set("reason", arg::Of(kWatchdogTimeZero));
+    } else if (manager && !manager->watchdog_trigger()) {
+      arguments.Set("reason", arg::Of(kNoTrigger));
+    }
+    finding.Set("stays", arg::Flag()).Add(kStaysInOp, std::move(arguments));
+  }
+
+  /// @return the finding; kNoFinding: nothing to report
   /// @param off  the write that switched it off in OP; null: it was never active
   /// @param refused  the slave is not in OP, but refused it
-  void Evaluate(SlaveId id, bool outputs, const FrameRef& frame, const track::SlaveAccess* off, bool refused = false) {
+  FindingIndex Evaluate(SlaveId id, bool outputs, const FrameRef& frame, const track::SlaveAccess* off,
+                        bool refused = false) {
     Watched& slave = slaves_[id];
     const track::SlaveState& state = context().network().state(id);
     const track::KnownFmmus& fmmus = context().network().fmmus(id);
     const auto manager = state.process_manager(DirectionOf(outputs));
-    if (!manager || !fmmus.any || slave.direct[outputs ? 1 : 0] || slave.reported[outputs ? 1 : 0]) return;
+    if (!manager || !fmmus.any || slave.direct[outputs ? 1 : 0] || slave.reported[outputs ? 1 : 0]) return kNoFinding;
     const bool mapped = std::any_of(fmmus.active.begin(), fmmus.active.end(), [&](const auto& unit) {
       return (outputs ? unit.fmmu.writes() : unit.fmmu.reads()) && unit.fmmu.physical_start < manager->end() &&
              unit.fmmu.physical_end() > manager->start;
     });
-    if (mapped) return;
+    if (mapped) return kNoFinding;
     if (MayMapUnseen(state)) {
       NotEvaluable(id, ReasonCode::kNotInCapture, kWriteResult, frame.number);
-      return;
+      return kNoFinding;
     }
     if (MissesPackets(context().pairing())) {
       NotEvaluable(id, ReasonCode::kMissesPackets, frame.number);
-      return;
+      return kNoFinding;
     }
     if (off == nullptr && context().network().MayMissBetween(FirstLearned(state), frame.number)) {
       NotEvaluable(id, ReasonCode::kCaptureGap, what::kSyncManagersAndFmmus, frame.number);
-      return;
+      return kNoFinding;
     }
     if (off == nullptr && !fmmus.all) {
       NotEvaluable(id, ReasonCode::kNotInCapture, what::kFmmus, frame.number);
-      return;
+      return kNoFinding;
     }
     slave.reported[outputs ? 1 : 0] = true;
     const std::uint64_t key = refused ? 2 : outputs ? 1 : 0;
     FindingIndex index = Repeat(id, key, frame);
     if (index == kNoFinding) index = Report(key, Describe(id, outputs, *manager, frame, off, refused));
     if (outputs) slave.outputs = index;
+    return index;
   }
 
   [[nodiscard]] static Finding Describe(SlaveId id, bool outputs, const esc::SyncManager& manager,

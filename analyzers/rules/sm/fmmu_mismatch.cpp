@@ -48,7 +48,18 @@ its FMMU {other_fmmu} ({other_length} from {other_start}, set in {other_fmmu_fra
     .next = "Give each slave its own place in the process image.",
     .identity = "logical_address"};
 
+constexpr NoteKind kTypesSwapped{
+    .name = "types-in-other-order",
+    .text =
+        R"(Object {object} of the slave[ (read in {read_frame})] states that SM{sync_manager} is for {stated}, but it is
+used for {used}[{?by_eeprom}, also by the EEPROM]. A master that sets its FMMUs by 1C00h maps the wrong sync manager. Use
+the types of the EEPROM, or correct 1C00h in the firmware of the slave.)"};
+
 constexpr const FindingKind* kKinds[] = {&kWrongDirection, &kOutside, &kSharedInputs};
+constexpr const NoteKind* kNotes[] = {&kTypesSwapped};
+
+constexpr Word kOutputs{"outputs", "outputs", true};
+constexpr Word kInputs{"inputs", "inputs", true};
 
 constexpr Word kWrites{"writes", "writes"};
 constexpr Word kReads{"reads", "reads"};
@@ -60,6 +71,7 @@ constexpr RuleInfo kInfo{.id = "fmmu-mismatch",
                          .needs = "the settings of FMMUs and sync managers; for two slaves also that both give inputs",
                          .source = "ESC-1, FMMU; ETG1000.4, FMMUs",
                          .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
 Each active FMMU of a slave that reaches SAFEOP or OP: every byte that it maps must be in an enabled sync manager, of
@@ -93,6 +105,7 @@ class FmmuMismatch final : public Rule {
   FmmuMismatch() : Rule(kInfo) {
     Subscribe<model::AlAnswered>(&FmmuMismatch::On);
     Subscribe<track::LogicalAccess>(&FmmuMismatch::On);
+    Subscribe<track::CaptureGap>(&FmmuMismatch::On);
   }
 
   void On(const model::AlAnswered& e) {
@@ -121,6 +134,10 @@ class FmmuMismatch final : public Rule {
         ReportShared(e, shared);
       }
     }
+  }
+
+  void On(const track::CaptureGap& e) {
+    if (e.certain) last_certain_gap_ = e.frame.number;
   }
 
   void Finish() override { NotEvaluableWithoutReturns(); }
@@ -194,12 +211,20 @@ class FmmuMismatch final : public Rule {
     // The FMMU may map one whose settings are not in the capture.
     const bool all_known =
         std::all_of(managers.begin(), managers.begin() + 4, [](const auto& m) { return m.has_value(); });
-    if (!against && HasVirtualManagers(e.slave)) return;
+    if (!against && NeedsNoManager(e.slave, fmmu)) return;
     FrameNo learned = context().network().state(e.slave).fmmu_since[n];
-    for (const auto& manager : managers) {
-      if (manager) learned = std::min(learned, manager->since);
+    if (against) {
+      // Only these two matter, and a master that waits for the answer of the slave writes nothing in between.
+      learned = std::min(learned, managers[*against]->since);
+    } else {
+      for (const auto& manager : managers) {
+        if (manager) learned = std::min(learned, manager->since);
+      }
     }
-    if (context().network().MayMissBetween(learned, e.frame.number)) {
+    const bool may_miss = against && !MissesPackets(context().pairing())
+                              ? last_certain_gap_ > learned
+                              : context().network().MayMissBetween(learned, e.frame.number);
+    if (may_miss) {
       NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kSyncManagersAndFmmus, e.frame.number);
       return;
     }
@@ -213,12 +238,16 @@ class FmmuMismatch final : public Rule {
     Report(key, DescribePlace(e, n, fmmu, outside, against, managers));
   }
 
-  /// By the EEPROM some process data need no sync manager.
-  [[nodiscard]] bool HasVirtualManagers(SlaveId slave) const {
-    constexpr std::uint8_t kVirtual = 0x04;
+  /// By the EEPROM some process data need no sync manager: it is virtual, or switched off from the start.
+  [[nodiscard]] bool NeedsNoManager(SlaveId slave, const esc::Fmmu& fmmu) const {
+    constexpr std::uint8_t kEnable = 0x01, kVirtual = 0x04;
+    constexpr std::uint8_t kProcessOut = 3, kProcessIn = 4;  // types
     const auto sii = esc::ParseSii(context().network().state(slave).sii.image());
-    return std::any_of(sii.sync_managers.begin(), sii.sync_managers.end(),
-                       [](const esc::SiiSyncManager& sm) { return (sm.enable & kVirtual) != 0; });
+    return std::any_of(sii.sync_managers.begin(), sii.sync_managers.end(), [&](const esc::SiiSyncManager& sm) {
+      const bool off = (sm.enable & kEnable) == 0 && sm.start == fmmu.physical_start &&
+                       sm.type == (fmmu.writes() ? kProcessOut : kProcessIn);
+      return (sm.enable & kVirtual) != 0 || off;
+    });
   }
 
   Finding DescribePlace(const model::AlAnswered& e, std::size_t n, const esc::Fmmu& fmmu,
@@ -243,6 +272,7 @@ class FmmuMismatch final : public Rule {
           .Set("manager_way", arg::Of(writes ? kWrites : kReads))
           .Set("right_type", writes ? arg::Number(2, "write") : arg::Number(1, "read"));
       AddRelated(finding, manager.since);
+      AddTypesSwapped(finding, e.slave, static_cast<std::uint8_t>(*against), writes);
     } else {
       finding.Set("first_outside", arg::Hex(*outside));
       std::vector<Value> enabled;
@@ -254,6 +284,24 @@ class FmmuMismatch final : public Rule {
       if (!enabled.empty()) finding.Set("enabled", arg::List(std::move(enabled)));
     }
     return finding;
+  }
+
+  /// 1C00h lists the types of the sync managers in another order than they are used.
+  void AddTypesSwapped(Finding& finding, SlaveId slave, std::uint8_t manager, bool writes) const {
+    constexpr std::uint16_t kTypes = 0x1C00;
+    constexpr std::uint8_t kProcessOut = 3, kProcessIn = 4;
+    const auto subindex = static_cast<std::uint8_t>(manager + 1);
+    const model::ObjectValue* type = context().slave(slave).objects.Find(kTypes, subindex);
+    if (type == nullptr || type->raw != (writes ? kProcessIn : kProcessOut)) return;
+    const auto sii = esc::ParseSii(context().network().state(slave).sii.image());
+    const bool by_eeprom =
+        manager < sii.sync_managers.size() && sii.sync_managers[manager].type == (writes ? kProcessOut : kProcessIn);
+    finding.Add(kTypesSwapped, {{"object", arg::Object(kTypes, subindex)},
+                                {"sync_manager", arg::Number(manager)},
+                                {"stated", arg::Of(writes ? kInputs : kOutputs)},
+                                {"used", arg::Of(writes ? kOutputs : kInputs)},
+                                {"by_eeprom", arg::Flag(by_eeprom)},
+                                {"read_frame", arg::Frame(type->since)}});
   }
 
   /// Updates mapped_ for slaves that changed.
@@ -340,6 +388,7 @@ class FmmuMismatch final : public Rule {
 
   static constexpr std::uint32_t kDigitalInputs = 0x0F00;  // below are registers
 
+  FrameNo last_certain_gap_ = 0;
   std::map<SlaveId, std::uint32_t> evaluated_;  // mapping version
   std::optional<std::uint64_t> version_;        ///< of the mapping that mapped_ and shared_ were made from
   std::vector<Mapped> mapped_;                  ///< FMMUs that give process data, by their first logical bit

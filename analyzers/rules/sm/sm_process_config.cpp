@@ -211,7 +211,9 @@ class SmProcessConfig final : public Rule {
       if (length && layout != nullptr) SetPdos(finding, *layout);
       index = Report(key, std::move(finding));
     }
-    predictions_.Add(context(), e.slave, e.request.frame.number, index);
+    const bool as_in_eeprom = demand.off_in_eeprom && faults.front().field == model::SyncManagerFault::Field::kEnable;
+    predictions_.Add(context(), e.slave, e.request.frame.number, index,
+                     as_in_eeprom ? RefusalPredictions::Echo::kCounts : RefusalPredictions::Echo::kShowsNothing);
   }
 
   RefusalPredictions predictions_;

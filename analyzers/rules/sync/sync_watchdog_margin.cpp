@@ -13,8 +13,10 @@
 #include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
 #include "analyzers/words/al_text.h"
+#include "decoder/base/time.h"
 #include "decoder/esc/dc_registers.h"
 #include "decoder/esc/register_addresses.h"
+#include "decoder/mailbox/events.h"
 #include "decoder/track/access.h"
 #include "decoder/track/network.h"
 
@@ -91,8 +93,20 @@ constexpr FindingKind kWaiting{
 them. After {waited_ms}, in {frame}, the slave still reports {al_status}.)",
     .next = "Start the cyclic exchange in SAFEOP, then request OP."};
 
+constexpr NoteKind kStillInOp{
+    .name = "still-in-op",
+    .text = "The slave is still in OP in {op_frame}: its watchdog did not expire, or does not act."};
+
 constexpr const FindingKind* kKinds[] = {&kExceeded, &kHalfExceeded, &kShorter, &kTight,
                                          &kRefused,  &kRefusedLater, &kWaiting};
+
+constexpr NoteKind kWaitsForSdo{
+    .name = "waits-for-sdo",
+    .text =
+        R"(In the pause the master waited for an SDO response: [{object}, ]request in {sdo_request_frame}, response in
+{sdo_response_frame}, {sdo_ms}. Its program seems to transfer the SDO in the thread that sends the process data.)"};
+
+constexpr const NoteKind* kNotes[] = {&kStillInOp, &kWaitsForSdo};
 
 // Several rules may explain one finding: the first that does so wins.
 constexpr std::string_view kAfter[] = {"sync-op-before-sync"};
@@ -106,6 +120,7 @@ constexpr RuleInfo kInfo{
     .needs = "FMMUs and AL state of the slave; a clock: DC time in the frames, or good time stamps",
     .source = "ESC-1, watchdogs; ETG1000.6, AL Status Code register 0x0134",
     .kinds = kKinds,
+    .notes = kNotes,
     .after = kAfter,
     .doc = R"(
 ## What it checks
@@ -133,7 +148,10 @@ comes close to it will be too late one day.
   is reported.
 - If the capture does not show the registers, their values after power-on (100 ms) are assumed, and the finding is
   inferred.
+- If the master waited for an SDO response in at least half of the pause, the finding names the transfer.
 - fmmu-inactive reports outputs that no FMMU maps.
+- If the slave is in OP until the end of the capture, and AL Status shows that after the pause, its watchdog did not
+  expire: a warning.
 - If the slave leaves OP by itself in the pause (al-unexpected-change), that finding has this one as its cause.
 
 ## Example
@@ -155,10 +173,19 @@ class SyncWatchdogMargin final : public Rule {
     Subscribe<model::AlAnswered>(&SyncWatchdogMargin::On);
     Subscribe<model::AlOverdue>(&SyncWatchdogMargin::On);
     Subscribe<model::AlChangedByItself>(&SyncWatchdogMargin::On);
+    Subscribe<mailbox::SdoTransfer>(&SyncWatchdogMargin::On);
+  }
+
+  void On(const mailbox::SdoTransfer& t) {
+    if (!t.request.seen() || !t.request.has_time || !t.last.has_time) return;
+    SdoWait wait{t.request, t.last, {}};
+    if (t.has_object) wait.object = arg::Object(t.index, t.subindex);
+    sdo_waits_[next_sdo_wait_++ % sdo_waits_.size()] = std::move(wait);
   }
 
   /// The master may read AL Status after outputs come again.
   void On(const model::AlChangedByItself& e) {
+    std::erase_if(unconfirmed_, [&](const Unconfirmed& u) { return u.slave == e.slave; });
     if (e.slave >= doubtful_.size() || !doubtful_[e.slave]) return;
     sync::OutputGap gap = *std::exchange(doubtful_[e.slave], std::nullopt);
     // Seen in OP after the gap, or for another reason: that was no watchdog.
@@ -254,6 +281,7 @@ class SyncWatchdogMargin final : public Rule {
     for (const std::optional<sync::OutputGap>& gap : doubtful_) {
       if (gap) AddMayBeGap(*gap);
     }
+    ConfirmByState();
     for (const Consequence& c : consequences_) NameCause(context(), c.rule, c.slave, c.frame, c.cause);
     if (NotEvaluableWithoutReturns()) return;
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
@@ -376,7 +404,10 @@ class SyncWatchdogMargin final : public Rule {
     }
     Finding finding = FindingOf(e, watchdog, exceeds, left_op);
     if (exceeds) finding.caused_by = Of(e.slave).reported_short[1];  // each cycle is such a pause
-    return Report(key, exceeds ? Severity::kError : Severity::kWarning, std::move(finding));
+    AddSdoWait(finding, e);
+    const FindingIndex reported = Report(key, exceeds ? Severity::kError : Severity::kWarning, std::move(finding));
+    if (exceeds && !left_op && e.end == sync::OutputGap::End::kOutputs) AddUnconfirmed(e, reported);
+    return reported;
   }
 
   /// Once for each watchdog that is set: it is so in every cycle.
@@ -400,7 +431,44 @@ class SyncWatchdogMargin final : public Rule {
     if (slave.written.seen()) finding.Set("set_frame", arg::Frame(slave.written.number));
     finding.Set("every_cycle", arg::Flag(e.nominal_ns >= watchdog.ns));
     reported = Report(key, shorter ? Severity::kError : Severity::kWarning, std::move(finding));
+    if (shorter && !left_op) AddUnconfirmed(e, reported);
     return reported;
+  }
+
+  /// Whether the master did nothing but wait for an SDO response in most of the pause.
+  void AddSdoWait(Finding& finding, const sync::OutputGap& e) const {
+    for (const SdoWait& wait : sdo_waits_) {
+      if (!wait.request.seen() || wait.request.number < e.before.number) continue;
+      if (e.after.seen() && wait.response.number > e.after.number) continue;
+      const TimeNs took = Elapsed(wait.request.time, wait.response.time);
+      if (2 * took < e.gap.ns) continue;
+      Arguments arguments{{"sdo_request_frame", arg::Frame(wait.request.number)},
+                          {"sdo_response_frame", arg::Frame(wait.response.number)},
+                          {"sdo_ms", arg::Ms(took)}};
+      if (wait.object) arguments.Set("object", *wait.object);
+      finding.Add(kWaitsForSdo, std::move(arguments));
+      AddRelated(finding, wait.request.number);
+      AddRelated(finding, wait.response.number);
+      return;
+    }
+  }
+
+  void AddUnconfirmed(const sync::OutputGap& e, FindingIndex finding) {
+    if (finding != kNoFinding && unconfirmed_.size() < kMaxConsequences) {
+      unconfirmed_.push_back({e.slave, e.after.number, finding});
+    }
+  }
+
+  /// The slave decides: where it stays in OP, its watchdog did not expire.
+  void ConfirmByState() {
+    for (const Unconfirmed& u : unconfirmed_) {
+      const model::AlMachine& al = context().slave(u.slave).al;
+      const FrameNo shown = al.last_seen();
+      if (shown <= std::max(u.after, context().store[u.finding].last.number) || !al.SettledIn(esc::AlState::OP))
+        continue;
+      context().store.Regrade(u.finding, Severity::kWarning);
+      context().store[u.finding].Add(kStillInOp, {{"op_frame", arg::Frame(shown)}});
+    }
   }
 
   /// The watchdog, and how a gap was measured.
@@ -494,6 +562,20 @@ class SyncWatchdogMargin final : public Rule {
   static constexpr std::size_t kMaxConsequences = 256;
 
   std::vector<Slave> slaves_;
+  /// A watchdog that should have expired, of a slave that was not seen to leave OP.
+  struct Unconfirmed {
+    SlaveId slave = kNoSlave;
+    FrameNo after = 0;
+    FindingIndex finding = kNoFinding;
+  };
+  std::vector<Unconfirmed> unconfirmed_;
+  /// An SDO transfer of any slave.
+  struct SdoWait {
+    FrameRef request, response;
+    std::optional<Value> object;
+  };
+  std::array<SdoWait, 8> sdo_waits_{};  // the newest
+  std::size_t next_sdo_wait_ = 0;
   std::vector<Consequence> consequences_;
   std::vector<std::optional<sync::OutputGap>> doubtful_;  // of each slave: it may be a capture gap
 };

@@ -105,6 +105,8 @@ bool Take(const std::string& key, const std::string& value, const Trace& trace, 
     finding.kind = value;
   } else if (key == "note") {
     finding.notes.push_back(value);
+  } else if (key == "without") {
+    finding.without.push_back(value);
   } else {
     finding.arguments.emplace_back(key, value);
   }
@@ -236,6 +238,8 @@ bool Matches(const ExpectedFinding& expected, const Finding& finding, const Anal
       finding.kind->name == expected.kind && (!expected.axis || *expected.axis == finding.axis + 1U) &&
       std::all_of(expected.notes.begin(), expected.notes.end(),
                   [&](const std::string& note) { return HasNote(finding, note); }) &&
+      std::none_of(expected.without.begin(), expected.without.end(),
+                   [&](const std::string& note) { return HasNote(finding, note); }) &&
       std::all_of(expected.arguments.begin(), expected.arguments.end(),
                   [&](const auto& argument) { return HasArgument(finding, argument.first, argument.second); });
   return same_kind && finding.rule == expected.rule && Name(finding.severity) == expected.severity && same_slave &&

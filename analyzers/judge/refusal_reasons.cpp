@@ -1,0 +1,513 @@
+#include "analyzers/judge/refusal_reasons.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "analyzers/judge/lossy_capture.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/model/sync_manager_demand.h"
+#include "analyzers/sync/sync_model.h"
+#include "decoder/esc/register_addresses.h"
+#include "decoder/esc/sii.h"
+#include "decoder/track/network.h"
+
+namespace ecaudit {
+namespace {
+
+/// The case with all that is known of its slave.
+struct Case {
+  const RuleContext& context;
+  const RefusalCase& refusal;
+  const model::SlaveModel& model;
+  const track::SlaveState& state;
+  const sync::DcUnit& dc;
+  esc::SiiContents sii;
+
+  [[nodiscard]] std::optional<esc::SyncManager> manager(std::size_t n) const {
+    return state.sync_manager(n, Certainty::kInferred);
+  }
+  /// SYNC0 is generated; unset: 0x0981 is not known.
+  [[nodiscard]] std::optional<bool> sync0() const {
+    if (!dc.activation()) return std::nullopt;
+    return dc.activation()->active() && dc.activation()->sync0();
+  }
+  [[nodiscard]] std::optional<std::uint32_t> sync0_cycle_ns() const {
+    return state.registers.Value<std::uint32_t>(esc::kSync0Cycle);
+  }
+};
+
+/// What a check found: notes about what is wrong, and words for what is right.
+struct Outcome {
+  const Word* reason = nullptr;
+  std::vector<Note> wrong;
+  std::vector<const Word*> right;
+
+  /// @param why  for the title
+  void Wrong(const NoteKind& note, const Word& why, Arguments arguments = {}) {
+    if (reason == nullptr) reason = &why;
+    wrong.push_back({&note, std::move(arguments)});
+  }
+  void Right(const Word& word) { right.push_back(&word); }
+};
+
+using Check = void (*)(const Case&, Outcome&);
+
+constexpr std::size_t kOutputs = 2;                // sync manager
+constexpr std::uint16_t kLrwUnsupported = 0x0200;  // of 0x0008
+
+Value Bytes(std::uint64_t count) {
+  return arg::Count(count, "byte");
+}
+
+// ----- reasons, as short as a title needs them
+
+constexpr Word kWhyMailboxNeverSet{"mailbox-never-set", "SM0 and SM1 were never set"};
+constexpr Word kWhyMailboxOff{"mailbox-off", "the mailbox is not enabled"};
+constexpr Word kWhyNoMailboxInEeprom{"no-mailbox-in-eeprom", "the EEPROM names no mailbox"};
+constexpr Word kWhyBootstrapMailbox{"bootstrap-mailbox", "not the bootstrap mailbox of the EEPROM"};
+constexpr Word kWhyWriteIgnored{"write-ignored", "sync manager written while enabled"};
+constexpr Word kWhyLrwNotSupported{"lrw-not-supported", "the slave does not support LRW"};
+constexpr Word kWhyNoOutputs{"no-outputs", "no outputs reach the slave"};
+constexpr Word kWhyNoInputs{"no-inputs", "the slave gives no inputs"};
+constexpr Word kWhyWatchdogZero{"watchdog-zero", "watchdog time is 0"};
+constexpr Word kWhySyncLeftOn{"sync-left-on", "SYNC0 left on by the last run"};
+constexpr Word kWhySyncOff{"sync-off", "SYNC0 is not active"};
+constexpr Word kWhySyncSetAfterRequest{"sync-set-after-request", "SYNC0 was activated too late"};
+constexpr Word kWhySyncOn{"sync-on", "SYNC0 is active"};
+constexpr Word kWhySyncCycleZero{"sync-cycle-zero", "the SYNC0 cycle is 0"};
+constexpr Word kWhySyncCycleTooShort{"sync-cycle-too-short", "the SYNC0 cycle is too short"};
+constexpr Word kWhySyncTypeDiffers{"sync-type-differs", "1C32h:1 does not fit 0x0981"};
+constexpr Word kWhyRateDiffers{"rate-differs", "cycle differs from SYNC0"};
+constexpr Word kWhyEepromHeld{"eeprom-held", "the master holds the EEPROM"};
+constexpr Word kWhyModuleDiffers{"module-differs", "other modules than configured"};
+
+// ----- mailbox
+
+constexpr Word kMailboxManagers{"mailbox-sync-managers", "the settings of SM0 and SM1"};
+constexpr Word kMailboxEnabled{"mailbox-enabled", "SM0 and SM1 are enabled"};
+constexpr Word kMailboxWords{"mailbox-words", "the mailbox words of the EEPROM"};
+
+bool IsBlank(const esc::SyncManager& manager) {
+  return manager.start == 0 && manager.length == 0 && !manager.enabled();
+}
+
+void CheckMailboxSet(const Case& of, Outcome& found) {
+  const auto out = of.manager(0);
+  const auto in = of.manager(1);
+  if (!out && !in) {
+    const bool all_seen = of.state.set_up_since != 0 && of.state.sync_manager_since[0] <= of.state.set_up_since &&
+                          !MissesPackets(of.context.pairing());
+    if (all_seen)
+      found.Wrong(refusal::kMailboxUnseen, kWhyMailboxNeverSet, {{"since", arg::Frame(of.state.set_up_since)}});
+    return;
+  }
+  if (!out || !in) return;
+  if (IsBlank(*out) && IsBlank(*in)) {
+    Arguments arguments;
+    const FrameNo since = std::max(of.state.sync_manager_since[0], of.state.sync_manager_since[1]);
+    if (since != 0) arguments.Set("since", arg::Frame(since));
+    found.Wrong(refusal::kMailboxNeverSet, kWhyMailboxNeverSet, std::move(arguments));
+    return;
+  }
+  bool enabled = true;
+  for (const std::size_t n : {std::size_t{0}, std::size_t{1}}) {
+    if ((n == 0 ? *out : *in).enabled()) continue;
+    enabled = false;
+    found.Wrong(refusal::kMailboxOff, kWhyMailboxOff, {{"sync_manager", arg::Number(static_cast<std::int64_t>(n))}});
+  }
+  if (!enabled) return;
+  const auto demands = model::MailboxDemands(*of.model.profile, of.sii);
+  const bool fit = demands.known && !demands.list.empty() &&
+                   std::all_of(demands.list.begin(), demands.list.end(), [&](const model::SyncManagerDemand& demand) {
+                     const auto manager = of.manager(demand.number);
+                     return manager && model::FaultsOf(*manager, demand).empty();
+                   });
+  found.Right(fit ? kMailboxManagers : kMailboxEnabled);
+}
+
+void CheckMailboxWords(const Case& of, Outcome& found) {
+  const auto& out = of.sii.header.standard_receive;
+  const auto& in = of.sii.header.standard_send;
+  if (!out || !in) return;
+  if (out->size != 0 || in->size != 0) {
+    found.Right(kMailboxWords);
+    return;
+  }
+  Arguments arguments;
+  const std::uint16_t protocols = of.sii.header.protocols.value_or(0);
+  if (protocols != 0) arguments.Set("protocols", arg::Text(esc::SiiProtocolNames(protocols)));
+  for (std::size_t n = 0; n < of.sii.sync_managers.size(); ++n) {
+    const esc::SiiSyncManager& entry = of.sii.sync_managers[n];
+    constexpr std::uint8_t kMailboxOut = 1;
+    if (entry.type != kMailboxOut || entry.length == 0) continue;
+    arguments.Set("sync_manager", arg::Number(static_cast<std::int64_t>(n))).Set("bytes", Bytes(entry.length));
+    break;
+  }
+  found.Wrong(refusal::kNoMailboxInEeprom, kWhyNoMailboxInEeprom, std::move(arguments));
+}
+
+void CheckBootstrap(const Case& of, Outcome& found) {
+  const std::array<std::optional<esc::SiiMailbox>, 2> words{of.sii.header.bootstrap_receive,
+                                                            of.sii.header.bootstrap_send};
+  for (std::size_t n = 0; n < words.size(); ++n) {
+    const auto manager = of.manager(n);
+    if (!manager || !manager->enabled() || !words[n] || words[n]->size == 0) continue;
+    if (manager->start == words[n]->offset && manager->length == words[n]->size) continue;
+    found.Wrong(refusal::kBootstrapMailbox, kWhyBootstrapMailbox,
+                {{"sync_manager", arg::Number(static_cast<std::int64_t>(n))},
+                 {"start", arg::Hex(manager->start)},
+                 {"length", arg::Number(manager->length)},
+                 {"expected_start", arg::Hex(words[n]->offset)},
+                 {"expected_length", arg::Number(words[n]->size)}});
+  }
+}
+
+void CheckIgnored(const Case& of, Outcome& found, std::size_t first) {
+  for (std::size_t n = first; n < first + 2; ++n) {
+    const auto& ignored = of.model.set_up.ignored(n);
+    if (!ignored) continue;
+    found.Wrong(refusal::kWriteIgnored, kWhyWriteIgnored,
+                {{"sync_manager", arg::Number(static_cast<std::int64_t>(n))},
+                 {"write_frame", arg::Frame(ignored->frame)},
+                 {"kept_start", arg::Hex(ignored->kept.start)},
+                 {"kept_length", arg::Number(ignored->kept.length)},
+                 {"kept_control", arg::Hex(ignored->kept.control, 2)},
+                 {"start", arg::Hex(ignored->written.start)},
+                 {"length", arg::Number(ignored->written.length)},
+                 {"control", arg::Hex(ignored->written.control, 2)}});
+  }
+}
+void CheckMailboxIgnored(const Case& of, Outcome& found) {
+  CheckIgnored(of, found, 0);
+}
+void CheckProcessIgnored(const Case& of, Outcome& found) {
+  CheckIgnored(of, found, 2);
+}
+
+// ----- process data
+
+constexpr Word kLengths{"sync-manager-lengths", "the lengths of SM2 and SM3 against the assigned PDOs"};
+constexpr Word kLrw{"lrw", "support of LRW (0x0008)"};
+constexpr Word kOutputsArrive{"outputs", "the arrival of outputs"};
+constexpr Word kInputsArrive{"inputs", "the arrival of inputs"};
+constexpr Word kWatchdogTimes{"watchdog", "the watchdog time (0x0400, 0x0420)"};
+
+/// sm-process-config reports lengths that differ.
+void CheckLengths(const Case& of, Outcome& found) {
+  for (const auto direction : {device::PdoDirection::kRx, device::PdoDirection::kTx}) {
+    const model::ProcessLayout& layout = of.model.process.Layout(direction);
+    const std::uint8_t n = direction == device::PdoDirection::kRx ? 2 : 3;
+    const auto manager = of.manager(n);
+    if (!layout.known() || layout.source == model::LayoutSource::kDefault || !manager) return;
+    if (manager->length != layout.bytes_of(n)) return;
+  }
+  found.Right(kLengths);
+}
+
+void CheckLrw(const Case& of, Outcome& found) {
+  const auto& outputs = of.model.outputs.since;
+  const auto& inputs = of.model.inputs.since;
+  const auto features = of.state.registers.Value<std::uint16_t>(esc::kEscFeatures, Certainty::kObserved);
+  const bool by_register = features && (*features & kLrwUnsupported) != 0;
+  const bool by_eeprom = of.sii.general && of.sii.general->no_lrw();
+  const std::uint64_t missed = std::max(outputs.missed_by_lrw, inputs.missed_by_lrw);
+  if (!by_register && !by_eeprom) {
+    if (features && missed > 0) found.Right(kLrw);
+    return;
+  }
+  if (missed == 0 || outputs.exchanged + inputs.exchanged > 0) return;
+  static constexpr Word kRegister{"register", "bit 9 of 0x0008 is 1"};
+  static constexpr Word kEeprom{"eeprom", "bit 1 of the flags in the general category of its EEPROM is 1"};
+  found.Wrong(refusal::kLrwUnsupported, kWhyLrwNotSupported,
+              {{"source", arg::Of(by_register ? kRegister : kEeprom)},
+               {"missed", arg::Count(missed, "LRW datagram")},
+               {"since", arg::Frame(outputs.request)}});
+}
+
+/// It has outputs by its sync manager.
+bool HasOutputs(const Case& of) {
+  const auto manager = of.state.process_manager(esc::SmDirection::ECAT_WRITES);
+  return manager.has_value();
+}
+
+void CheckOutputs(const Case& of, Outcome& found) {
+  const auto& outputs = of.model.outputs.since;
+  if (found.reason == &kWhyLrwNotSupported) return;
+  if (!HasOutputs(of) || outputs.request == 0) return;
+  if (outputs.exchanged > 0) {
+    // Of a slave that left its state that they arrived until then shows nothing.
+    if (outputs.missed == 0 && of.refusal.requested != 0) found.Right(kOutputsArrive);
+    return;
+  }
+  if (outputs.missed > 0) {
+    found.Wrong(refusal::kOutputsNotAccepted, kWhyNoOutputs,
+                {{"since", arg::Frame(outputs.request)},
+                 {"missed", arg::Count(outputs.missed, "datagram")},
+                 {"last_missed", arg::Frame(outputs.last_missed)}});
+    return;
+  }
+  // Some FMMU writes, and it is known of all of them: what would reach it would be in the capture.
+  const track::KnownFmmus& fmmus = of.context.network().fmmus(of.refusal.slave);
+  const bool writes = std::any_of(fmmus.active.begin(), fmmus.active.end(),
+                                  [](const track::KnownFmmus::Unit& unit) { return unit.fmmu.writes(); });
+  const bool silent =
+      fmmus.all && writes && !MissesPackets(of.context.pairing()) && of.context.network().last_gap() <= outputs.request;
+  if (silent) found.Wrong(refusal::kOutputsNotSent, kWhyNoOutputs, {{"since", arg::Frame(outputs.request)}});
+}
+
+void CheckInputs(const Case& of, Outcome& found) {
+  const auto& inputs = of.model.inputs.since;
+  if (inputs.request == 0) return;
+  if (inputs.exchanged > 0) {
+    if (inputs.missed == 0 && of.refusal.requested != 0) found.Right(kInputsArrive);
+  } else if (inputs.missed > 0) {
+    found.Wrong(refusal::kInputsNotRead, kWhyNoInputs,
+                {{"since", arg::Frame(inputs.request)},
+                 {"missed", arg::Count(inputs.missed, "datagram")},
+                 {"last_missed", arg::Frame(inputs.last_missed)}});
+  }
+}
+
+void CheckWatchdog(const Case& of, Outcome& found) {
+  const auto divider = of.state.registers.Value<std::uint16_t>(esc::kWatchdogDivider);
+  const auto time = of.state.registers.Value<std::uint16_t>(esc::kProcessWatchdog);
+  const auto manager = of.manager(kOutputs);
+  if (time && *time == 0 && manager && manager->enabled() && manager->watchdog_trigger()) {
+    found.Wrong(refusal::kWatchdogZero, kWhyWatchdogZero,
+                {{"register", arg::Register(esc::kProcessWatchdog)}, {"sync_manager", arg::Number(kOutputs)}});
+  } else if (time && *time != 0 && divider) {
+    found.Right(kWatchdogTimes);
+  }
+}
+
+// ----- synchronisation
+
+constexpr Word kSyncActive{"sync-active", "SYNC0 is active (0x0981)"};
+constexpr Word kSyncInactive{"sync-inactive", "SYNC0 is off (0x0981)"};
+constexpr Word kSyncCycle{"sync-cycle", "the SYNC0 cycle (0x09A0)"};
+constexpr Word kSyncTypes{"sync-types", "the synchronisation type (1C32h:1) against 0x0981"};
+constexpr Word kRate{"rate", "the cycle of the process data against SYNC0"};
+
+void CheckLeftOn(const Case& of, Outcome& found) {
+  const auto left = of.dc.left_on();
+  if (!left || of.state.returned) return;
+  Arguments arguments{{"on_frame", arg::Frame(left->on)}, {"clock_frame", arg::Frame(left->clock_set)}};
+  if (left->off != 0) arguments.Set("off_frame", arg::Frame(left->off));
+  found.Wrong(refusal::kSyncLeftOn, kWhySyncLeftOn, std::move(arguments));
+}
+
+Value Activation(const Case& of) {
+  return arg::Hex(of.dc.activation()->raw, 2);
+}
+
+/// The code demands that SYNC0 runs.
+void CheckSyncActive(const Case& of, Outcome& found) {
+  const auto sync0 = of.sync0();
+  if (!sync0) return;
+  if (!*sync0) {
+    found.Wrong(refusal::kSyncOff, kWhySyncOff, {{"activation", Activation(of)}});
+    return;
+  }
+  const FrameNo on = of.dc.active() ? of.dc.active()->frame.number : 0;
+  if (of.refusal.request != 0 && on > of.refusal.request) {
+    found.Wrong(refusal::kSyncOffAtRequest, kWhySyncSetAfterRequest,
+                {{"write_frame", arg::Frame(on)},
+                 {"requested", arg::State(of.refusal.requested)},
+                 {"request_frame", arg::Frame(of.refusal.request)}});
+    return;
+  }
+  found.Right(kSyncActive);
+}
+
+/// The code rejects SYNC0.
+void CheckSyncUnsupported(const Case& of, Outcome& found) {
+  const auto sync0 = of.sync0();
+  if (!sync0) return;
+  if (*sync0 && of.dc.active()) {
+    found.Wrong(refusal::kSyncOn, kWhySyncOn,
+                {{"activation", Activation(of)}, {"write_frame", arg::Frame(of.dc.active()->frame.number)}});
+  } else if (!*sync0) {
+    found.Right(kSyncInactive);
+  }
+}
+
+void CheckSyncCycle(const Case& of, Outcome& found) {
+  const auto cycle = of.sync0_cycle_ns();
+  if (!of.sync0().value_or(false) || !cycle) return;
+  if (*cycle == 0) {
+    found.Wrong(refusal::kSyncCycleZero, kWhySyncCycleZero);
+    return;
+  }
+  bool checked = false;
+  for (const std::uint16_t object : {std::uint16_t{0x1C32}, std::uint16_t{0x1C33}}) {
+    constexpr std::uint8_t kMinimumCycle = 5;
+    const model::ObjectValue* minimum = of.model.objects.Find(object, kMinimumCycle);
+    if (minimum == nullptr || minimum->raw == 0) continue;
+    checked = true;
+    if (*cycle >= minimum->raw) continue;
+    found.Wrong(refusal::kSyncCycleTooShort, kWhySyncCycleTooShort,
+                {{"cycle_us", arg::Us(*cycle)},
+                 {"minimum_us", arg::Us(static_cast<std::int64_t>(minimum->raw))},
+                 {"object", arg::Object(object, kMinimumCycle)}});
+    return;
+  }
+  if (checked) found.Right(kSyncCycle);
+}
+
+void CheckSyncTypes(const Case& of, Outcome& found) {
+  const auto sync0 = of.sync0();
+  if (!sync0) return;
+  constexpr std::uint16_t kType = 0x1C32;
+  constexpr std::uint64_t kSyncManagerEvent = 1, kDcSync0 = 2, kDcSync1 = 3;
+  const model::ObjectValue* type = of.model.objects.Find(kType, 1);
+  if (type == nullptr || type->raw > kDcSync1) return;
+  const bool wants_dc = type->raw == kDcSync0 || type->raw == kDcSync1;
+  if (wants_dc == *sync0) {
+    found.Right(kSyncTypes);
+    return;
+  }
+  const std::string_view meaning = type->raw == kSyncManagerEvent ? "synchronous with the sync manager"
+                                   : type->raw == kDcSync0        ? "synchronous with SYNC0"
+                                   : type->raw == kDcSync1        ? "synchronous with SYNC1"
+                                                                  : "free run";
+  found.Wrong(refusal::kSyncTypeDiffers, kWhySyncTypeDiffers,
+              {{"object", arg::Object(kType, 1)},
+               {"type", arg::Number(static_cast<std::int64_t>(type->raw), meaning)},
+               {"active", arg::Flag(*sync0)},
+               {"activation", Activation(of)}});
+}
+
+void CheckRate(const Case& of, Outcome& found) {
+  const auto cycle = of.sync0_cycle_ns();
+  const sync::CyclicImage* image = of.context.sync().outputs(of.refusal.slave).image;
+  if (!of.sync0().value_or(false) || !cycle || *cycle == 0 || image == nullptr || !image->has_nominal()) return;
+  const auto expected = static_cast<TimeNs>(*cycle);
+  const TimeNs apart = image->nominal_ns > expected ? image->nominal_ns - expected : expected - image->nominal_ns;
+  if (apart * 50 <= expected) {
+    found.Right(kRate);
+  } else if (apart * 10 > expected) {
+    found.Wrong(refusal::kRateDiffers, kWhyRateDiffers,
+                {{"rate_us", arg::Us(image->nominal_ns)}, {"cycle_us", arg::Us(expected)}});
+  }
+}
+
+// ----- EEPROM and modules
+
+constexpr Word kEepromOffered{"eeprom-offered", "the EEPROM is offered to the slave (0x0500)"};
+constexpr Word kModules{"modules", "the configured modules (F030h) against the detected ones (F050h)"};
+
+void CheckEepromOwner(const Case& of, Outcome& found) {
+  const auto owned_by_pdi = of.state.sii.owned_by_pdi();
+  if (!owned_by_pdi) return;
+  if (*owned_by_pdi) {
+    found.Right(kEepromOffered);
+    return;
+  }
+  Arguments arguments;
+  if (const FrameNo since = of.model.set_up.eeprom_owner_since(); since != 0) arguments.Set("since", arg::Frame(since));
+  found.Wrong(refusal::kEepromHeld, kWhyEepromHeld, std::move(arguments));
+}
+
+void CheckModules(const Case& of, Outcome& found) {
+  constexpr std::uint16_t kConfigured = 0xF030, kDetected = 0xF050;
+  constexpr std::size_t kShown = 3;
+  std::size_t compared = 0, wrong = 0;
+  for (std::uint8_t slot = 1; slot != 0xFF && wrong < kShown; ++slot) {
+    const model::ObjectValue* configured = of.model.objects.Find(kConfigured, slot);
+    const model::ObjectValue* detected = of.model.objects.Find(kDetected, slot);
+    if (configured == nullptr || detected == nullptr) continue;
+    ++compared;
+    if (configured->raw == detected->raw) continue;
+    ++wrong;
+    found.Wrong(refusal::kModuleDiffers, kWhyModuleDiffers,
+                {{"slot", arg::Number(slot)},
+                 {"configured", arg::Hex(configured->raw, 8)},
+                 {"configured_object", arg::Object(kConfigured, slot)},
+                 {"configured_frame", arg::Frame(configured->since)},
+                 {"detected", arg::Hex(detected->raw, 8)},
+                 {"detected_object", arg::Object(kDetected, slot)},
+                 {"detected_frame", arg::Frame(detected->since)}});
+  }
+  if (compared > 0 && wrong == 0) found.Right(kModules);
+}
+
+// ----- the table
+
+constexpr std::size_t kMostChecks = 8;
+struct Row {
+  std::uint16_t code;
+  std::array<Check, kMostChecks> checks;  ///< the likeliest reason first; null: no more
+};
+
+constexpr std::array kRows{
+    Row{0x0015, {CheckMailboxSet, CheckBootstrap, CheckMailboxIgnored}},
+    Row{0x0016, {CheckMailboxSet, CheckMailboxWords, CheckMailboxIgnored}},
+    Row{0x0017, {CheckMailboxSet, CheckMailboxIgnored, CheckProcessIgnored, CheckLengths}},
+    Row{0x0018, {CheckInputs, CheckLrw}},
+    Row{0x0019, {CheckLrw, CheckOutputs}},
+    Row{0x001A, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
+    Row{0x001B, {CheckLrw, CheckOutputs, CheckWatchdog}},
+    Row{0x001D, {CheckProcessIgnored, CheckLengths}},
+    Row{0x001E, {CheckProcessIgnored, CheckLengths}},
+    Row{0x001F, {CheckWatchdog}},
+    Row{0x0024, {CheckProcessIgnored, CheckLengths}},
+    Row{0x0025, {CheckProcessIgnored, CheckLengths}},
+    Row{0x0026, {CheckSyncTypes, CheckSyncCycle, CheckLengths}},
+    Row{0x0027, {CheckSyncActive, CheckSyncTypes}},
+    Row{0x0028, {CheckSyncUnsupported, CheckSyncTypes}},
+    Row{0x002B, {CheckLrw, CheckOutputs, CheckInputs}},
+    Row{0x002C, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
+    Row{0x002D, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
+    Row{0x0030, {CheckSyncActive, CheckSyncCycle, CheckSyncTypes, CheckLeftOn}},
+    Row{0x0032, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
+    Row{0x0033, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
+    Row{0x0034, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
+    Row{0x0035, {CheckSyncActive, CheckSyncCycle, CheckRate, CheckSyncTypes}},
+    Row{0x0036, {CheckSyncActive, CheckSyncCycle, CheckSyncTypes}},
+    Row{0x0050, {CheckEepromOwner}},
+    Row{0x0070, {CheckModules}},
+};
+
+}  // namespace
+
+RefusalReasons FindRefusalReasons(const RuleContext& context, const RefusalCase& refusal) {
+  const auto* row = std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return r.code == refusal.code; });
+  if (row == kRows.end()) return {};
+  // After another request the settings are no longer those of the refusal.
+  if (context.slave(refusal.slave).al.last_request() > std::max(refusal.request, refusal.shown)) return {};
+  const track::SlaveState& state = context.network().state(refusal.slave);
+  const Case of{context,
+                refusal,
+                context.slave(refusal.slave),
+                state,
+                context.sync().dc(refusal.slave),
+                esc::ParseSii(state.sii.image())};
+  Outcome found;
+  for (const Check check : row->checks) {
+    if (check != nullptr) check(of, found);
+  }
+  RefusalReasons reasons{found.reason, {}};
+  if (!found.right.empty()) {
+    std::vector<Value> words;
+    for (const Word* word : found.right) words.push_back(arg::Of(*word));
+    reasons.notes.push_back({&refusal::kChecked, {{"checked", arg::List(std::move(words))}}});
+  }
+  // What is wrong stands before the next step, which refers to it.
+  std::move(found.wrong.begin(), found.wrong.end(), std::back_inserter(reasons.notes));
+  return reasons;
+}
+
+void AddTo(Finding& finding, const RefusalReasons& reasons) {
+  if (reasons.reason != nullptr) finding.Set("reason", arg::Of(*reasons.reason));
+  finding.notes.insert(finding.notes.end(), reasons.notes.begin(), reasons.notes.end());
+}
+
+std::vector<std::uint16_t> CodesWithReasons() {
+  std::vector<std::uint16_t> codes;
+  for (const Row& row : kRows) codes.push_back(row.code);
+  return codes;
+}
+
+}  // namespace ecaudit

@@ -1,0 +1,148 @@
+/// Why a slave refused a state or left it: what the capture shows of the settings that its AL status code is about.
+///
+/// One table (refusal_reasons.cpp) has a row for each code: the registers, objects and counters that can show its
+/// reason. What is wrong becomes a note of the finding. What is right is one note for all of it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <string_view>
+#include <vector>
+
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/result/finding.h"
+
+namespace ecaudit {
+
+/// The code of a refusal, or of a state that a slave left by itself.
+struct RefusalCase {
+  SlaveId slave = kNoSlave;
+  std::uint16_t code = 0;      ///< AL status code (0x0134)
+  std::uint8_t requested = 0;  ///< 0: the slave left its state by itself
+  FrameNo request = 0;         ///< the last frame with the request; 0: none
+  FrameNo shown = 0;           ///< the frame that shows the error
+};
+
+namespace refusal {
+
+inline constexpr NoteKind kMailboxNeverSet{
+    "mailbox-never-set",
+    "SM0 and SM1 (the mailbox) were never set: start, length and enable bit of both are 0[ since {since}]."};
+inline constexpr NoteKind kMailboxOff{"mailbox-off", "SM{sync_manager} (the mailbox) is not enabled."};
+inline constexpr NoteKind kMailboxUnseen{
+    "mailbox-unseen", "The capture shows no write to SM0 and SM1 (the mailbox) since {since}, where the set-up began."};
+inline constexpr NoteKind kNoMailboxInEeprom{
+    "no-mailbox-in-eeprom",
+    "The EEPROM names no mailbox: words 0x0018 to 0x001B (offset and size) are 0[, but word 0x001C names "
+    "{protocols}][ and its sync manager category has SM{sync_manager} with {bytes} for a mailbox]. A master that uses "
+    "these words sets no mailbox."};
+inline constexpr NoteKind kBootstrapMailbox{
+    "bootstrap-mailbox",
+    "SM{sync_manager} has start {start} and length {length}. The bootstrap mailbox of the EEPROM (words 0x0014 to "
+    "0x0017) has start {expected_start} and length {expected_length}."};
+inline constexpr NoteKind kWriteIgnored{
+    "write-ignored",
+    "The master wrote SM{sync_manager} in {write_frame} while it was enabled, so the slave controller ignored start, "
+    "length and control. Start {kept_start}, length {kept_length} and control {kept_control} still apply, not "
+    "{start}, {length} and {control}."};
+inline constexpr NoteKind kLrwUnsupported{
+    "lrw-not-supported",
+    "The master uses LRW, but the slave controller does not support LRW ({source}). {missed} with its process data "
+    "came back without its working counter since {since}. Use LRD and LWR."};
+inline constexpr NoteKind kOutputsNotAccepted{
+    "outputs-not-accepted",
+    "The slave accepted no outputs since {since}: the working counter of {missed} does not count them (the last in "
+    "{last_missed})."};
+inline constexpr NoteKind kOutputsNotSent{
+    "outputs-not-sent", "The capture shows no datagram with the outputs of this slave since {since}."};
+inline constexpr NoteKind kInputsNotRead{
+    "inputs-not-read",
+    "The slave gave no inputs since {since}: the working counter of {missed} does not count them (the last in "
+    "{last_missed})."};
+inline constexpr NoteKind kWatchdogZero{
+    "watchdog-zero",
+    "The process data watchdog time {register} is 0, but SM{sync_manager} triggers the watchdog (bit 6 of its control "
+    "byte)."};
+inline constexpr NoteKind kSyncLeftOn{
+    "sync-left-on",
+    "SYNC0 of the run before was still active (0x0981, set in {on_frame}) when the master set the clock in "
+    "{clock_frame}. [The master switched it off only in {off_frame}.][{!off_frame}The master did not switch it off "
+    "before.] Write 0 to 0x0981 before the clock is set."};
+inline constexpr NoteKind kSyncOff{"sync-off",
+                                   "SYNC0 is not active: 0x0981 is {activation}[, last written in {write_frame}]."};
+inline constexpr NoteKind kSyncOffAtRequest{
+    "sync-set-after-request",
+    "SYNC0 was activated (0x0981) in {write_frame}, after {requested} was requested in {request_frame}. The slave "
+    "checks it at this request."};
+inline constexpr NoteKind kSyncOn{
+    "sync-on", "SYNC0 is active (0x0981 is {activation}, written in {write_frame}), which this code rejects."};
+inline constexpr NoteKind kSyncCycleZero{"sync-cycle-zero",
+                                         "SYNC0 is active, but its cycle time (0x09A0) is 0: it gives a single pulse."};
+inline constexpr NoteKind kSyncCycleTooShort{
+    "sync-cycle-too-short",
+    "The SYNC0 cycle (0x09A0) is {cycle_us}, shorter than the minimum {minimum_us} of {object}."};
+inline constexpr NoteKind kSyncTypeDiffers{
+    "sync-type-differs",
+    "{object} is {type}, but SYNC0 is [{?active}active][{!active}not active] (0x0981 is {activation})."};
+inline constexpr NoteKind kRateDiffers{
+    "rate-differs", "Process data come every {rate_us}, but the SYNC0 cycle (0x09A0) is {cycle_us}."};
+inline constexpr NoteKind kEepromHeld{
+    "eeprom-held",
+    "The master holds the EEPROM[ since {since}]: bit 0 of 0x0500 is 0. The processor of the slave needs it at this "
+    "transition. Write 1 to 0x0500 before the request."};
+inline constexpr NoteKind kModuleDiffers{
+    "module-differs",
+    "Slot {slot}: the master configured module {configured} ({configured_object}, {configured_frame}), the slave "
+    "detected {detected} ({detected_object}, {detected_frame})."};
+inline constexpr NoteKind kChecked{"checked", "Checked and right: {checked}."};
+
+inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,
+                                             &kMailboxOff,
+                                             &kMailboxUnseen,
+                                             &kNoMailboxInEeprom,
+                                             &kBootstrapMailbox,
+                                             &kWriteIgnored,
+                                             &kLrwUnsupported,
+                                             &kOutputsNotSent,
+                                             &kOutputsNotAccepted,
+                                             &kInputsNotRead,
+                                             &kWatchdogZero,
+                                             &kSyncLeftOn,
+                                             &kSyncOff,
+                                             &kSyncOffAtRequest,
+                                             &kSyncOn,
+                                             &kSyncCycleZero,
+                                             &kSyncCycleTooShort,
+                                             &kSyncTypeDiffers,
+                                             &kRateDiffers,
+                                             &kEepromHeld,
+                                             &kModuleDiffers,
+                                             &kChecked};
+
+/// The notes of a rule together with these.
+template <std::size_t N>
+constexpr std::array<const NoteKind*, N + std::size(kNotes)> With(const NoteKind* const (&own)[N]) {
+  std::array<const NoteKind*, N + std::size(kNotes)> all{};
+  for (std::size_t i = 0; i < N; ++i) all[i] = own[i];
+  for (std::size_t i = 0; i < std::size(kNotes); ++i) all[N + i] = kNotes[i];
+  return all;
+}
+
+}  // namespace refusal
+
+struct RefusalReasons {
+  const Word* reason = nullptr;  ///< the likeliest of them, for the title; null: nothing is wrong
+  std::vector<Note> notes;       ///< what is wrong, and what is right
+};
+
+/// What the capture shows of the settings that the code is about, for the finding about it.
+[[nodiscard]] RefusalReasons FindRefusalReasons(const RuleContext& context, const RefusalCase& refusal);
+/// Adds them, with {reason} for the title.
+void AddTo(Finding& finding, const RefusalReasons& reasons);
+
+/// The codes that have a row, for documentation and tests.
+[[nodiscard]] std::vector<std::uint16_t> CodesWithReasons();
+
+}  // namespace ecaudit

@@ -1,0 +1,50 @@
+/// in: accesses to one slave.  out: what the master did while it set the slave up that the registers do not show.
+///
+/// An ESC takes start, length and control of a sync manager only while it is switched off: a write to an enabled one
+/// counts in the working counter and changes nothing. Source: esc-reference 6.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "decoder/esc/sync_manager.h"
+#include "decoder/track/access.h"
+
+namespace ecaudit::model {
+
+class SetUpFacts {
+ public:
+  /// Sync managers 0 to 3: mailboxes and process data.
+  static constexpr std::size_t kManagers = 4;
+
+  struct IgnoredWrite {
+    FrameNo frame = 0;
+    esc::SyncManager kept;     ///< start, length and control that still apply
+    esc::SyncManager written;  ///< those that the ESC ignored
+  };
+
+  void On(const track::SlaveAccess& access);
+  /// Another device, or the capture may miss accesses.
+  void Forget();
+
+  /// The last write to sync manager `n` that the ESC ignored, unless it took another one since.
+  [[nodiscard]] const std::optional<IgnoredWrite>& ignored(std::size_t n) const { return managers_[n].ignored; }
+  /// The frame that last set who may use the EEPROM (0x0500 bit 0); 0: none did.
+  [[nodiscard]] FrameNo eeprom_owner_since() const { return eeprom_owner_since_; }
+
+ private:
+  struct Manager {
+    esc::SyncManager settings;    ///< as the ESC uses them
+    bool settings_known = false;  ///< start, length, control
+    bool enable_known = false;
+    std::optional<IgnoredWrite> ignored;
+  };
+  static void OnManager(Manager& manager, std::size_t n, const track::SlaveAccess& access);
+
+  std::array<Manager, kManagers> managers_;
+  FrameNo eeprom_owner_since_ = 0;
+};
+
+}  // namespace ecaudit::model
