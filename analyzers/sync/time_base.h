@@ -61,9 +61,10 @@ struct Interval {
   TimeBase base = TimeBase::kNone;
 };
 
-/// From `a` to `b` by the best clock that both have; kNone when there is none, or when it runs backwards.
+/// From `a` to `b` by the best clock that both have; kNone when there is none, or when it runs backwards. If the
+/// reference clock was set in between, it measures nothing: some masters set it in each cycle.
 [[nodiscard]] inline Interval Between(const FrameTime& a, const FrameTime& b) {
-  if (a.dc && b.dc) {
+  if (a.dc && b.dc && a.dc->epoch == b.dc->epoch) {
     const auto ns = Forward(*a.dc, *b.dc);
     if (!ns) return {};  // the bases shall not be mixed
     return {*ns, TimeBase::kDc};
