@@ -112,7 +112,7 @@ void ProgressModel::On(const mailbox::SdoTransfer& transfer) {
     return;
   }
   std::uint64_t raw = 0;
-  for (std::size_t i = transfer.data.size(); i-- > 0;) raw = raw << 8U | transfer.data[i];
+  for (std::size_t i = transfer.data.size(); i > 0; --i) raw = raw << 8U | transfer.data[i - 1];
   const bool download = transfer.service == mailbox::SdoService::kDownload;
   const FrameRef& frame = download || !transfer.response.seen() ? transfer.request : transfer.response;
   if (!frame.seen()) return;

@@ -57,7 +57,7 @@ def main() -> None:
     shutil.rmtree(tree, ignore_errors=True)
     for folder in ("decoder", "analyzers", "cli", "samples", ".ci"):
         shutil.copytree(source / folder, tree / folder)
-    for file in ("CMakeLists.txt", "CMakePresets.json", "LICENSE"):
+    for file in ("CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md"):
         shutil.copy(source / file, tree / file)
     shutil.copytree(pathlib.Path(__file__).parent / "extension", tree, dirs_exist_ok=True)
     for file, before, new in LINES:
