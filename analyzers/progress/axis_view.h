@@ -7,6 +7,7 @@
 
 #include "analyzers/progress/axis_records.h"
 #include "decoder/base/ids.h"
+#include "decoder/base/wrapping.h"
 #include "decoder/device/drive_profile.h"
 
 namespace ecaudit::progress {
@@ -114,9 +115,13 @@ inline constexpr std::int8_t kCyclicTorque = 10;
 
 /// How far a position of 32 bits went, also past its end.
 [[nodiscard]] constexpr std::int64_t Apart(std::int64_t from, std::int64_t to) {
-  return static_cast<std::int32_t>(static_cast<std::uint32_t>(to) - static_cast<std::uint32_t>(from));
+  return static_cast<std::int32_t>(
+      WrappingDifference(static_cast<std::uint32_t>(to), static_cast<std::uint32_t>(from)));
 }
+/// Without its sign. At most 2^48, so that multiples of it are numbers too: a capture may hold any value.
 [[nodiscard]] constexpr std::int64_t Magnitude(std::int64_t value) {
+  constexpr std::int64_t kMost = std::int64_t{1} << 48U;
+  if (value < -kMost || value > kMost) return kMost;
   return value < 0 ? -value : value;
 }
 
