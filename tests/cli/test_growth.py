@@ -18,7 +18,7 @@ MEMORY_MIB = 80  # two thousand slaves with their models and ladders are 74
 OUTPUT_TIMES = 8
 OUTPUT_FREE = 2 << 20
 OUTPUT_OF_SLAVES = 5 << 20  # of reports about thousands of them, each of which has its place and its ladder
-OUTPUT_OF_CLOCKS = 1 << 20  # where these have clocks and start-ups besides
+OUTPUT_OF_CLOCKS = 2 << 20  # where these have clocks and start-ups besides
 # Of signals that thousands of slaves share: a line for each of them, a million times at most (slave_work.h).
 OUTPUT_OF_SHARED = 40 << 20
 
