@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/judge/drive_knowledge.h"
@@ -283,9 +285,73 @@ bool MissesPacketsForCertain(const RuleContext& context) {
 
 /// What was reported of one rule and slave.
 struct Reported {
-  bool of_all = false;          ///< a line without a frame: it holds from the beginning to the end
   std::uint64_t occasions = 0;  ///< lines about moments
+  bool of_all = false;          ///< a line without a frame: it holds from the beginning to the end
   bool found = false;           ///< a finding: something was evaluated
+
+  void Add(const Reported& other) {
+    occasions += other.occasions;
+    of_all = of_all || other.of_all;
+    found = found || other.found;
+  }
+};
+
+/// All that was reported, by rule and slave. Flat: thousands of slaves have many of them.
+class AllReported {
+ public:
+  struct Entry {
+    const char* rule = nullptr;  ///< id of the catalogue, of which there is one copy
+    SlaveId slave = kNoSlave;
+    Reported reported;
+
+    [[nodiscard]] auto Key() const { return std::pair(rule, slave); }
+  };
+
+  void Add(std::string_view rule, SlaveId slave, const Reported& reported) {
+    const RuleInfo* info = FindRule(rule);
+    if (info == nullptr) return;
+    if (entries_.size() >= most_) {
+      Close();
+      most_ = std::max(most_, 2 * entries_.size());
+    }
+    entries_.push_back({info->id.data(), slave, reported});
+  }
+  /// Before the first question: one entry for each rule and slave.
+  void Close() {
+    std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return Less(a.Key(), b.Key()); });
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      if (kept > 0 && entries_[kept - 1].Key() == entries_[i].Key()) {
+        entries_[kept - 1].reported.Add(entries_[i].reported);
+      } else {
+        entries_[kept++] = entries_[i];
+      }
+    }
+    entries_.resize(kept);
+  }
+  [[nodiscard]] std::span<const Entry> Of(const RuleInfo& rule) const {
+    const auto from = LowerBound({rule.id.data(), SlaveId{0}});
+    auto to = from;
+    while (to != entries_.end() && to->rule == rule.id.data()) ++to;
+    return {from, to};
+  }
+  [[nodiscard]] Reported Of(const RuleInfo& rule, SlaveId slave) const {
+    const auto at = LowerBound({rule.id.data(), slave});
+    return at != entries_.end() && at->Key() == std::pair(rule.id.data(), slave) ? at->reported : Reported{};
+  }
+
+ private:
+  using KeyOfEntry = std::pair<const char*, SlaveId>;
+  static bool Less(const KeyOfEntry& a, const KeyOfEntry& b) {
+    return a.first != b.first ? std::less<const char*>()(a.first, b.first) : a.second < b.second;
+  }
+  [[nodiscard]] std::vector<Entry>::const_iterator LowerBound(const KeyOfEntry& key) const {
+    return std::lower_bound(entries_.begin(), entries_.end(), key,
+                            [](const Entry& entry, const KeyOfEntry& wanted) { return Less(entry.Key(), wanted); });
+  }
+
+  std::vector<Entry> entries_;
+  std::size_t most_ = 4096;  ///< before those of one rule and slave are joined
 };
 
 class Evaluator {
@@ -293,13 +359,13 @@ class Evaluator {
   Evaluator(RuleContext& context, const AnalysisResult& result) : context_(context), result_(result) {
     context.store.VisitNotEvaluable(
         [this](std::string_view rule, SlaveId slave, FrameNo first_frame, std::uint64_t occasions) {
-          Reported& reported = reported_[{rule, slave}];
-          reported.of_all = reported.of_all || first_frame == 0;
-          if (first_frame != 0) reported.occasions += occasions;
+          const bool of_all = first_frame == 0;
+          reported_.Add(rule, slave, {of_all ? 0 : occasions, of_all, false});
         });
     for (const Finding& finding : context.store.findings()) {
-      reported_[{finding.rule, finding.slave}].found = true;
+      reported_.Add(finding.rule, finding.slave, {0, false, true});
     }
+    reported_.Close();
     misses_packets_ = MissesPacketsForCertain(context);
   }
 
@@ -360,10 +426,11 @@ class Evaluator {
     if (Excluded(rule, subject, out)) return out;
     // A line about one slave only is one about a part of the bus.
     Reported reported;
-    for (auto at = reported_.lower_bound({rule.id, 0}); at != reported_.end() && at->first.first == rule.id; ++at) {
-      reported.of_all = reported.of_all || (at->second.of_all && at->first.second == kNoSlave);
-      reported.occasions += at->second.occasions + (at->second.of_all && at->first.second != kNoSlave ? 1 : 0);
-      reported.found = reported.found || at->second.found;
+    for (const AllReported::Entry& entry : reported_.Of(rule)) {
+      const bool of_bus = entry.slave == kNoSlave;
+      reported.of_all = reported.of_all || (entry.reported.of_all && of_bus);
+      reported.occasions += entry.reported.occasions + (entry.reported.of_all && !of_bus ? 1 : 0);
+      reported.found = reported.found || entry.reported.found;
     }
     Presence presence;
     const bool of_slaves = subject != Subject::kCapture && subject != Subject::kBus;
@@ -396,10 +463,7 @@ class Evaluator {
     return out;
   }
 
-  [[nodiscard]] Reported Get(const RuleInfo& rule, SlaveId slave) const {
-    const auto found = reported_.find({rule.id, slave});
-    return found == reported_.end() ? Reported{} : found->second;
-  }
+  [[nodiscard]] Reported Get(const RuleInfo& rule, SlaveId slave) const { return reported_.Of(rule, slave); }
 
   void Decide(const RuleInfo& rule, const Reported& reported, const Presence& presence, SlaveCoverage& out) {
     const bool nothing_to_see = presence.unseen || presence.absent != NotApplicable::kApplies;
@@ -422,7 +486,7 @@ class Evaluator {
 
   RuleContext& context_;
   const AnalysisResult& result_;
-  std::map<std::pair<std::string_view, SlaveId>, Reported> reported_;
+  AllReported reported_;
   bool misses_packets_ = false;
 };
 

@@ -71,6 +71,7 @@ FindingIndex FindingStore::Add(const RuleInfo& rule, std::uint64_t key, Severity
   ++of_rule.number;
   ++listed;
   of_slave.last = of_rule.last = index;
+  finding.arguments.ShrinkToFit();  // kept to the end, and most are complete
   findings_.push_back(std::move(finding));
   return index;
 }

@@ -166,8 +166,8 @@ void CheckBootstrap(const Case& of, Outcome& found) {
 
 void CheckIgnored(const Case& of, Outcome& found, std::size_t first) {
   for (std::size_t n = first; n < first + 2; ++n) {
-    const auto& ignored = of.model.set_up.ignored(n);
-    if (!ignored) continue;
+    const model::SetUpFacts::IgnoredWrite* ignored = of.model.set_up.ignored(n);
+    if (ignored == nullptr) continue;
     found.Wrong(refusal::kWriteIgnored, kWhyWriteIgnored,
                 {{"sync_manager", arg::Number(static_cast<std::int64_t>(n))},
                  {"write_frame", arg::Frame(ignored->frame)},

@@ -1,5 +1,7 @@
 #include "analyzers/model/set_up_facts.h"
 
+#include <algorithm>
+
 #include "decoder/base/bytes.h"
 #include "decoder/esc/register_addresses.h"
 
@@ -37,22 +39,35 @@ void SetUpFacts::On(const track::SlaveAccess& access) {
   }
   constexpr auto kEnd = esc::SyncManagerAddress(kManagers);
   if (access.address >= kEnd || access.address + access.length() <= esc::kSyncManagerBase) return;
-  for (std::size_t n = 0; n < kManagers; ++n) OnManager(managers_[n], n, access);
+  for (std::size_t n = 0; n < kManagers; ++n) OnManager(n, access);
 }
 
-void SetUpFacts::OnManager(Manager& manager, std::size_t n, const track::SlaveAccess& access) {
+const SetUpFacts::IgnoredWrite* SetUpFacts::ignored(std::size_t n) const {
+  const auto found = std::find_if(ignored_.begin(), ignored_.end(), [n](const auto& one) { return one.manager == n; });
+  return found == ignored_.end() ? nullptr : &*found;
+}
+
+void SetUpFacts::ForgetIgnored(std::size_t n) {
+  std::erase_if(ignored_, [n](const IgnoredWrite& one) { return one.manager == n; });
+}
+
+void SetUpFacts::OnManager(std::size_t n, const track::SlaveAccess& access) {
+  Manager& manager = managers_[n];
   const EscAddress at = esc::SyncManagerAddress(n);
   const auto activate_at = static_cast<EscAddress>(at + kActivate);
   if (access.address >= at + esc::kSyncManagerBytes || access.address + access.length() <= at) return;
   if (!access.done()) {
     // Nothing is certain after a write that the slave took or not.
-    if (access.acceptance == track::Acceptance::kUnknown && !access.written.empty()) manager = {};
+    if (access.acceptance == track::Acceptance::kUnknown && !access.written.empty()) {
+      manager = {};
+      ForgetIgnored(n);
+    }
     return;
   }
   if (!access.broadcast) {
     if (const ByteSpan read = access.Covered(access.read, at, kSettings); !read.empty()) {
       const esc::SyncManager shown = SettingsFrom(read);
-      if (manager.ignored && SameSettings(shown, manager.ignored->written)) manager.ignored.reset();
+      if (const IgnoredWrite* own = ignored(n); own != nullptr && SameSettings(shown, own->written)) ForgetIgnored(n);
       Take(manager.settings, shown);
       manager.settings_known = true;
     }
@@ -66,12 +81,12 @@ void SetUpFacts::OnManager(Manager& manager, std::size_t n, const track::SlaveAc
   if (const ByteSpan written = access.Covered(access.written, at, kSettings); !written.empty()) {
     const esc::SyncManager wanted = SettingsFrom(written);
     const bool ignores = manager.settings_known && manager.enable_known && manager.settings.enabled();
+    ForgetIgnored(n);
     if (ignores && !SameSettings(wanted, manager.settings)) {
-      manager.ignored = IgnoredWrite{access.frame().number, manager.settings, wanted};
+      ignored_.push_back({n, access.frame().number, manager.settings, wanted});
     } else {
       Take(manager.settings, wanted);
       manager.settings_known = true;
-      manager.ignored.reset();
     }
   }
   if (const ByteSpan written = access.Covered(access.written, activate_at, 1); !written.empty()) {
@@ -82,6 +97,7 @@ void SetUpFacts::OnManager(Manager& manager, std::size_t n, const track::SlaveAc
 
 void SetUpFacts::Forget() {
   managers_ = {};
+  ignored_.clear();
   eeprom_owner_since_ = 0;
 }
 

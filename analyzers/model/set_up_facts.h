@@ -7,7 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <vector>
 
 #include "decoder/esc/sync_manager.h"
 #include "decoder/track/access.h"
@@ -20,6 +20,7 @@ class SetUpFacts {
   static constexpr std::size_t kManagers = 4;
 
   struct IgnoredWrite {
+    std::size_t manager = 0;
     FrameNo frame = 0;
     esc::SyncManager kept;     ///< start, length and control that still apply
     esc::SyncManager written;  ///< those that the ESC ignored
@@ -30,7 +31,8 @@ class SetUpFacts {
   void Forget();
 
   /// The last write to sync manager `n` that the ESC ignored, unless it took another one since.
-  [[nodiscard]] const std::optional<IgnoredWrite>& ignored(std::size_t n) const { return managers_[n].ignored; }
+  /// Null: there is none.
+  [[nodiscard]] const IgnoredWrite* ignored(std::size_t n) const;
   /// The frame that last set who may use the EEPROM (0x0500 bit 0); 0: none did.
   [[nodiscard]] FrameNo eeprom_owner_since() const { return eeprom_owner_since_; }
 
@@ -39,11 +41,12 @@ class SetUpFacts {
     esc::SyncManager settings;    ///< as the ESC uses them
     bool settings_known = false;  ///< start, length, control
     bool enable_known = false;
-    std::optional<IgnoredWrite> ignored;
   };
-  static void OnManager(Manager& manager, std::size_t n, const track::SlaveAccess& access);
+  void OnManager(std::size_t n, const track::SlaveAccess& access);
+  void ForgetIgnored(std::size_t n);
 
   std::array<Manager, kManagers> managers_;
+  std::vector<IgnoredWrite> ignored_;  // one of a manager at most; few slaves have any
   FrameNo eeprom_owner_since_ = 0;
 };
 

@@ -11,7 +11,8 @@ constexpr std::string_view kCounterRule = "wkc-mismatch";
 /// Whether the value is the slave, or a list that holds it.
 bool Names(const Value& value, SlaveId slave) {
   if (value.type == Value::Type::kSlave) return value.number == slave;
-  return std::any_of(value.items.begin(), value.items.end(), [slave](const Value& item) { return Names(item, slave); });
+  const std::vector<Value>& items = value.items();
+  return std::any_of(items.begin(), items.end(), [slave](const Value& item) { return Names(item, slave); });
 }
 
 bool IsMissing(const Finding& finding, const SlaveSummary& slave) {

@@ -25,7 +25,7 @@ Value InTime(std::int64_t ns, std::string_view unit) {
 Value Textual(Value::Type type, std::string_view text) {
   Value value;
   value.type = type;
-  value.text = text;
+  value.SetText(text);
   return value;
 }
 
@@ -35,26 +35,49 @@ bool IsTextItself(Value::Type type) {
 
 }  // namespace
 
+struct Value::More {
+  std::string text;
+  std::vector<Value> items;
+};
+
+const std::string& Value::text() const {
+  static const std::string none;
+  return more_ == nullptr ? none : more_->text;
+}
+
+const std::vector<Value>& Value::items() const {
+  static const std::vector<Value> none;
+  return more_ == nullptr ? none : more_->items;
+}
+
+void Value::SetText(std::string_view text) {
+  more_ = text.empty() ? nullptr : std::make_shared<const More>(More{std::string(text), {}});
+}
+
+void Value::SetItems(std::vector<Value> items) {
+  more_ = std::make_shared<const More>(More{{}, std::move(items)});
+}
+
 bool Value::operator==(const Value& other) const {
-  if (type != other.type || number != other.number || real != other.real) return false;
-  if (IsTextItself(type) && text != other.text) return false;
+  if (type != other.type || number != other.number) return false;
+  if (IsTextItself(type) && text() != other.text()) return false;
   const std::string_view mine = word == nullptr ? std::string_view() : word->code;
   const std::string_view theirs = other.word == nullptr ? std::string_view() : other.word->code;
-  return mine == theirs && items == other.items;
+  return mine == theirs && items() == other.items();
 }
 
 std::string KeyOf(const Value& value) {
   switch (value.type) {
     case Value::Type::kText:
     case Value::Type::kBytes:
-      return value.text;
+      return value.text();
     case Value::Type::kWord:
       return std::string(value.word->code);
     case Value::Type::kReal:
-      return Fixed(value.real, value.digits);
+      return Fixed(value.real(), value.digits);
     case Value::Type::kList: {
       std::string key;
-      for (const Value& item : value.items) key += (key.empty() ? "" : "+") + KeyOf(item);
+      for (const Value& item : value.items()) key += (key.empty() ? "" : "+") + KeyOf(item);
       return key;
     }
     case Value::Type::kHex:
@@ -74,7 +97,7 @@ namespace arg {
 
 Value Number(std::int64_t value, std::string_view meaning) {
   Value out = Numeric(Value::Type::kNumber, value);
-  out.text = meaning;
+  out.SetText(meaning);
   return out;
 }
 
@@ -87,7 +110,7 @@ Value Hex(std::uint64_t value, int digits) {
 Value Real(double value, std::string_view unit, int decimals) {
   Value out;
   out.type = Value::Type::kReal;
-  out.real = value;
+  out.number = std::bit_cast<std::int64_t>(value);
   out.unit = unit;
   out.digits = static_cast<std::uint8_t>(decimals);
   return out;
@@ -136,20 +159,20 @@ Value Count(std::uint64_t value, std::string_view noun) {
 
 Value Code(std::uint64_t value, std::string_view meaning, int digits) {
   Value out = Numeric(Value::Type::kCode, static_cast<std::int64_t>(value));
-  out.text = meaning;
+  out.SetText(meaning);
   out.digits = static_cast<std::uint8_t>(digits);
   return out;
 }
 
 Value Object(std::uint16_t index, int subindex, std::string_view name) {
   Value out = Numeric(Value::Type::kObject, std::int64_t{index} << 9U | (subindex + 1));
-  out.text = name;
+  out.SetText(name);
   return out;
 }
 
 Value Register(std::uint16_t address, std::string_view name) {
   Value out = Numeric(Value::Type::kRegister, address);
-  out.text = name;
+  out.SetText(name);
   return out;
 }
 
@@ -171,14 +194,14 @@ Value Bytes(ByteSpan bytes) {
 
 Value Slave(SlaveId id, std::string_view label) {
   Value out = Numeric(Value::Type::kSlave, id);
-  out.text = label;
+  out.SetText(label);
   return out;
 }
 
 Value List(std::vector<Value> items) {
   Value out;
   out.type = Value::Type::kList;
-  out.items = std::move(items);
+  out.SetItems(std::move(items));
   return out;
 }
 

@@ -2,8 +2,10 @@
 /// plural. Analyzers only make and compare values; cli/report/notation.h turns them into text.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <initializer_list>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,14 +47,22 @@ struct Value {
   Type type = Type::kNumber;
   std::uint8_t digits = 4;  ///< kHex, kCode: at least this many; kReal: decimals
   std::int64_t number = 0;
-  double real = 0;
   std::string_view unit;  ///< static storage
-  std::string text;
   const Word* word = nullptr;
-  std::vector<Value> items;
+
+  [[nodiscard]] double real() const { return std::bit_cast<double>(number); }
+  [[nodiscard]] const std::string& text() const;
+  [[nodiscard]] const std::vector<Value>& items() const;
+  void SetText(std::string_view text);
+  void SetItems(std::vector<Value> items);
 
   /// Equal in what a program compares: not in texts that only explain a number.
   [[nodiscard]] bool operator==(const Value& other) const;
+
+ private:
+  // Most values are numbers, and a report about thousands of slaves holds many.
+  struct More;
+  std::shared_ptr<const More> more_;
 };
 
 /// Stable form for identities, fingerprints and baselines: numbers as people write them ("0x001d", "6040h:0",
@@ -112,6 +122,8 @@ class Arguments {
   [[nodiscard]] const Value* Find(std::string_view name) const;
   [[nodiscard]] bool Has(std::string_view name) const { return Find(name) != nullptr; }
   [[nodiscard]] bool empty() const { return list_.empty(); }
+  /// Gives back what the list holds in reserve, once all values are set.
+  void ShrinkToFit() { list_.shrink_to_fit(); }
   [[nodiscard]] auto begin() const { return list_.begin(); }
   [[nodiscard]] auto end() const { return list_.end(); }
 

@@ -211,7 +211,7 @@ void PutBus(JsonObject& out, const AnalysisResult& result) {
 void PutValue(JsonObject& out, const std::string& name, const Value& value) {
   switch (value.type) {
     case Value::Type::kReal:
-      return out.Put(name, value.real);
+      return out.Put(name, value.real());
     case Value::Type::kDuration: {
       if (value.unit == "ns") return out.Put(name, value.number);
       const double divisor = value.unit == "ms" ? 1e6 : 1e3;

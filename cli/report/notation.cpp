@@ -16,7 +16,7 @@ std::string Explained(const std::string& number, const std::string& meaning, For
 std::string ObjectTextOf(const Value& value, Form form) {
   const auto index = static_cast<std::uint16_t>(value.number >> 9U);
   const int subindex = static_cast<int>(value.number & 0x1FF) - 1;
-  const std::string name = Printable(value.text);
+  const std::string name = Printable(value.text());
   if (form == Form::kMeaning) return name;
   const std::string number = ObjectName(index, subindex);
   return form == Form::kNumber || name.empty() ? number : number + " " + name;
@@ -38,13 +38,13 @@ std::string TextOf(const Value& value, Form form) {
   const auto natural = static_cast<std::uint64_t>(value.number);
   switch (value.type) {
     case Value::Type::kNumber:
-      return Explained(std::to_string(value.number), Printable(value.text), form);
+      return Explained(std::to_string(value.number), Printable(value.text()), form);
     case Value::Type::kHex:
       return Hex(natural, value.digits);
     case Value::Type::kReal:
-      return Fixed(value.real, value.digits) + (value.unit.empty() ? "" : " " + std::string(value.unit));
+      return Fixed(value.real(), value.digits) + (value.unit.empty() ? "" : " " + std::string(value.unit));
     case Value::Type::kText:
-      return Printable(value.text);
+      return Printable(value.text());
     case Value::Type::kFlag:
     case Value::Type::kBoolean:
       return value.number != 0 ? "yes" : "no";
@@ -57,11 +57,11 @@ std::string TextOf(const Value& value, Form form) {
     case Value::Type::kCount:
       return form == Form::kNumber ? Grouped(natural) : Count(natural, value.unit);
     case Value::Type::kCode:
-      return Explained(Hex(natural, value.digits), Printable(value.text), form);
+      return Explained(Hex(natural, value.digits), Printable(value.text()), form);
     case Value::Type::kObject:
       return ObjectTextOf(value, form);
     case Value::Type::kRegister: {
-      const std::string name = Printable(value.text);
+      const std::string name = Printable(value.text());
       if (form == Form::kMeaning) return name;
       return name.empty() || form == Form::kNumber ? Hex(natural) : name + " (" + Hex(natural) + ")";
     }
@@ -72,11 +72,11 @@ std::string TextOf(const Value& value, Form form) {
     case Value::Type::kAlStatusOfAll:
       return form == Form::kNumber ? Hex(natural) : esc::StatesOfAllText(static_cast<std::uint16_t>(value.number));
     case Value::Type::kBytes:
-      return value.text;
+      return value.text();
     case Value::Type::kSlave:
-      return Printable(value.text);
+      return Printable(value.text());
     case Value::Type::kList:
-      return ListText(value.items, form);
+      return ListText(value.items(), form);
   }
   return {};
 }
@@ -126,7 +126,7 @@ std::string_view Name(Value::Type type) {
 }
 
 bool IsPlural(const Value& value) {
-  if (value.type == Value::Type::kList) return value.items.size() != 1;
+  if (value.type == Value::Type::kList) return value.items().size() != 1;
   if (value.type == Value::Type::kWord) return value.word->plural;
   return value.number != 1;
 }

@@ -21,7 +21,7 @@ using samples::Cmd;
 using samples::Datagram;
 
 constexpr std::int64_t kMiB = 1 << 20;
-constexpr std::int64_t kLimit = 72 * kMiB;
+constexpr std::int64_t kLimit = 64 * kMiB;
 
 /// Frames made one at a time, so that the capture itself needs no memory.
 class MadeSource final : public capture::FrameSource {

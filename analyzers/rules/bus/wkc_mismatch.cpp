@@ -201,7 +201,7 @@ class WkcMismatch final : public Rule {
       finding.Set("expected_most", arg::Number(range.most)).Set("as_range", arg::Flag(range.least != range.most));
     }
     finding.Set("logical_address", arg::Hex(e.address, 8));
-    if (Value shares = SharesOf(expected, e.command); !shares.items.empty()) finding.Set("shares", std::move(shares));
+    if (Value shares = SharesOf(expected, e.command); !shares.items().empty()) finding.Set("shares", std::move(shares));
     const FindingIndex index = Report(key, std::move(finding));
     for (Episode& episode : episodes_) {
       if (episode.key != key) continue;

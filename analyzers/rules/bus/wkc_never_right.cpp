@@ -1,6 +1,6 @@
 #include <array>
+#include <map>
 #include <string>
-#include <vector>
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -75,18 +75,20 @@ class WkcNeverRight final : public Rule {
   void On(const model::AlRequestJudged& e) {
     constexpr auto kOp = static_cast<std::uint8_t>(esc::AlState::OP);
     constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
-    if (e.slave >= slaves_.size()) slaves_.resize(std::size_t{e.slave} + 1);
-    Watched& slave = slaves_[e.slave];
-    if (e.request.control.state() != kOp || e.request.from != kSafeop || slave.request.seen()) return;
+    if (e.request.control.state() != kOp || e.request.from != kSafeop) return;
+    const auto [at, is_first] = slaves_.try_emplace(e.slave);
+    if (!is_first) return;
     const model::SlaveModel& model = context().slave(e.slave);
-    slave.request = e.request.frame;
-    slave.before = {model.outputs, model.inputs};
+    at->second.request = e.request.frame;
+    at->second.before = {Counted{model.outputs.exchanged, model.outputs.missed},
+                         Counted{model.inputs.exchanged, model.inputs.missed}};
   }
 
   void On(const model::ProcessCycle& cycle) {
-    const SlaveId id = cycle.part.slave;
-    if (cycle.exchange != model::Exchange::kNo || id >= slaves_.size() || !slaves_[id].request.seen()) return;
-    Missed& missed = slaves_[id].missed[cycle.part.direction == device::PdoDirection::kRx ? 0 : 1];
+    if (cycle.exchange != model::Exchange::kNo) return;
+    const auto slave = slaves_.find(cycle.part.slave);
+    if (slave == slaves_.end()) return;
+    Missed& missed = slave->second.missed[cycle.part.direction == device::PdoDirection::kRx ? 0 : 1];
     if (!missed.first.seen()) missed.first = cycle.frame();
     missed.last = cycle.frame();
     missed.command = cycle.command;
@@ -94,9 +96,7 @@ class WkcNeverRight final : public Rule {
 
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
-    for (std::size_t s = 0; s < slaves_.size(); ++s) {
-      if (slaves_[s].request.seen()) Evaluate(static_cast<SlaveId>(s), slaves_[s]);
-    }
+    for (const auto& [id, watched] : slaves_) Evaluate(id, watched);
   }
 
  private:
@@ -104,9 +104,12 @@ class WkcNeverRight final : public Rule {
     FrameRef first, last;
     wire::Command command = wire::Command::NOP;
   };
+  struct Counted {
+    std::uint64_t exchanged = 0, missed = 0;  ///< as in model::ProcessTraffic
+  };
   struct Watched {
-    FrameRef request;                             ///< the first of OP
-    std::array<model::ProcessTraffic, 2> before;  ///< then: outputs, inputs
+    FrameRef request;               ///< the first of OP
+    std::array<Counted, 2> before;  ///< then: outputs, inputs
     std::array<Missed, 2> missed;
   };
 
@@ -137,7 +140,7 @@ class WkcNeverRight final : public Rule {
 
   static constexpr Word kOutputs{"outputs", "outputs", true};
   static constexpr Word kInputs{"inputs", "inputs", true};
-  std::vector<Watched> slaves_;  // by id
+  std::map<SlaveId, Watched> slaves_;  // those that OP was requested of
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<WkcNeverRight>};

@@ -70,7 +70,7 @@ class LatchValueLost final : public LatchRule {
     std::vector<Finding>& findings = context().store.findings();
     const auto edge_of = [](const Finding& finding) {
       const Value* edge = finding.arguments.Find("edge");
-      return edge == nullptr ? std::string() : edge->text;
+      return edge == nullptr ? std::string() : ecaudit::KeyOf(*edge);
     };
     for (Finding& own : findings) {
       if (own.rule != kInfo.id) continue;

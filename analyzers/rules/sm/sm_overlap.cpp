@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 #include <set>
 #include <string_view>
 #include <vector>
@@ -110,15 +111,21 @@ class SmOverlap final : public Rule {
   void On(const model::AlAnswered& e) { predictions_.On(context(), e); }
 
   void Finish() override {
-    for (const Reported& reported : reported_) {
-      // Wrong settings of one of the two, reported for the same request, are the reason.
-      const std::vector<Finding>& findings = context().store.findings();
-      for (std::size_t i = 0; i < findings.size(); ++i) {
-        const Finding& other = findings[i];
-        if (other.rule != "sm-mailbox-config" && other.rule != "sm-process-config") continue;
-        if (other.slave != findings[reported.finding].slave) continue;
-        if (reported.request < other.first.number || reported.request > other.last.number) continue;
-        context().store[reported.finding].caused_by = static_cast<FindingIndex>(i);
+    // Wrong settings of one of the two, reported for the same request, are the reason.
+    const std::vector<Finding>& findings = context().store.findings();
+    std::vector<FindingIndex> wrong;
+    for (std::size_t i = 0; i < findings.size(); ++i) {
+      const Finding& other = findings[i];
+      if (other.rule == "sm-mailbox-config" || other.rule == "sm-process-config") {
+        wrong.push_back(static_cast<FindingIndex>(i));
+      }
+    }
+    for (const auto& [finding, request] : reported_) {
+      for (const FindingIndex cause : wrong) {
+        const Finding& other = findings[cause];
+        if (other.slave != findings[finding].slave) continue;
+        if (request < other.first.number || request > other.last.number) continue;
+        context().store[finding].caused_by = cause;
       }
     }
     AddWhereNothingWasRequested();
@@ -128,10 +135,6 @@ class SmOverlap final : public Rule {
   struct Used {
     std::size_t number = 0;
     KnownSyncManager known;
-  };
-  struct Reported {
-    FindingIndex finding = kNoFinding;
-    FrameNo request = 0;
   };
 
   /// The byte following its memory. Below the process memory (digital I/O at 0x0F00) there are no further buffers.
@@ -172,7 +175,7 @@ class SmOverlap final : public Rule {
     if (index == kNoFinding) {
       const bool own = SlavesOwnLayout(e.slave, a, b);
       index = Report(key, own ? Severity::kInfo : Severity::kError, Describe(e, a, b, own));
-      if (index != kNoFinding) reported_.push_back({index, e.request.frame.number});
+      if (index != kNoFinding) reported_.try_emplace(index, e.request.frame.number);
     }
     // Wrong settings that were reported before are the nearer cause.
     if (context().ExplanationOf(e.slave, e.request.frame.number) == kNoFinding) {
@@ -220,7 +223,7 @@ class SmOverlap final : public Rule {
   }
 
   RefusalPredictions predictions_;
-  std::vector<Reported> reported_;
+  std::map<FindingIndex, FrameNo> reported_;  // with the first request
   std::set<SlaveId> evaluated_;
 };
 

@@ -1,5 +1,6 @@
 #include "tests/unit/analyzers/sentence_check.h"
 
+#include <algorithm>
 #include <regex>
 #include <sstream>
 
@@ -17,13 +18,16 @@ Value Shortened(const Value& value) {
   Value out = value;
   const bool bytes = value.type == Value::Type::kBytes;
   if (value.type == Value::Type::kCode) {
-    out.text.clear();
-  } else if (!bytes && value.text.find(' ') != std::string::npos) {
-    out.text = "name";
+    out.SetText({});
+  } else if (!bytes && value.text().find(' ') != std::string::npos) {
+    out.SetText("name");
   }
   if (value.type == Value::Type::kList) {
-    for (Value& item : out.items) item = Shortened(item);
-    if (out.items.size() > kEntriesOfAList) out.items.resize(kEntriesOfAList);
+    std::vector<Value> items;
+    for (std::size_t i = 0; i < std::min(kEntriesOfAList, value.items().size()); ++i) {
+      items.push_back(Shortened(value.items()[i]));
+    }
+    out.SetItems(std::move(items));
   }
   return out;
 }
