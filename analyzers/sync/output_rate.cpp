@@ -57,7 +57,7 @@ bool OutputRate::Renew(const CyclicImage& image, TimeNs configured, bool frames_
   return false;
 }
 
-void OutputRate::AddAny(const Interval& interval, const FrameRef& from, const FrameRef& to) {
+void OutputRate::AddInFull(const Interval& interval, const FrameRef& from, const FrameRef& to) {
   if (interval.base == TimeBase::kNone) return;
   if (interval.ns > kPause * nominal_ + nominal_ / 2) {
     open_ns_ = open_ = 0;

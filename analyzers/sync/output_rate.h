@@ -49,8 +49,10 @@ class OutputRate {
   /// @param last  where these end
   void GoOnFromTurn(const FrameRef& last);
   void Add(const Interval& interval, const FrameRef& from, const FrameRef& to) {
-    if (!AddOne(interval, to)) AddAny(interval, from, to);
+    if (!AddOne(interval, to)) AddInFull(interval, from, to);
   }
+  /// Add() without the short way for what nearly all intervals are.
+  void AddInFull(const Interval& interval, const FrameRef& from, const FrameRef& to);
   /// What follows has nothing to do with what was so far, but for the clock.
   void BeginAnew();
 
@@ -91,7 +93,6 @@ class OutputRate {
     sum_.last = to;
     return true;
   }
-  void AddAny(const Interval& interval, const FrameRef& from, const FrameRef& to);
   void BeginTurn(const FrameRef& from);
   [[nodiscard]] bool IsRhythm() const;
   [[nodiscard]] TimeNs OffOf(TimeNs interval) const;
