@@ -104,7 +104,7 @@ void SyncFolder(const std::string& file) {
 /// Permissions a new file gets: as the old one had, else what the umask leaves.
 mode_t ModeFor(const struct stat* existing) {
   if (existing != nullptr) return existing->st_mode & 0777U;
-  // Asking for the mask sets it for a moment, which two threads must not do at once.
+  // Asking for the mask sets it for a moment: once is enough.
   static const mode_t mask = [] {
     const mode_t current = umask(0);
     umask(current);

@@ -1,8 +1,6 @@
 #include "analyzers/judge/one_for_many.h"
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <map>
 #include <numeric>
 #include <set>

@@ -1,4 +1,4 @@
-/// Law: rules may hear events and finish in any order that RuleInfo::after allows. No report depends on it.
+/// Law: rules may receive events and finish in any order that RuleInfo::after allows. No report depends on it.
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>

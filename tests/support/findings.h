@@ -20,7 +20,7 @@ inline std::string Escaped(std::string_view text) {
 }
 
 /// What the sentences of `finding` are to be. Blanks and line breaks become one blank.
-/// @param identity  what tells it apart from others of its rule; the title where it is empty
+/// @param identity  what distinguishes it from others of its rule; the title where it is empty
 inline void SetTexts(Finding& finding, std::string_view title, std::string_view message = {},
                      std::string_view identity = {}) {
   struct Owned {

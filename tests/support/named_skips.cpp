@@ -78,7 +78,7 @@ std::string ProblemOfSkip(std::string_view test, const std::vector<Need>& needs,
     named = true;
   }
   if (named) return std::string(test) + " skips although " + SharedDir() + " is there";
-  return std::string(test) + " skips, and tests/needs.txt does not say what it needs";
+  return std::string(test) + " skips, and tests/needs.txt does not state what it needs";
 }
 
 bool ExpectNamedSkips(std::string program) {

@@ -1,4 +1,4 @@
-/// A test may skip only if tests/needs.txt says what it needs; else it fails. So no test is lost in silence.
+/// A test may skip only if tests/needs.txt states what it needs; else it fails. So no test is lost in silence.
 #pragma once
 
 #include <string>

@@ -26,8 +26,8 @@
 ///         address half as sent; radp= as returned; swkc= working counter as sent (default 0). times=N: N such frames,
 ///         one after the other; rtt=T time until the return; mark=NAME remembers the frame, see Trace::Sent(); vlan=,
 ///         port= of the frame.
-/// @word   @lost, @out-only: no returned copy. @returned-only: no outbound copy. @missed: neither; the capture has a
-///         hole there. @twice: the returned copy comes twice.
+/// @word   @lost, @out-only: no returned copy. @returned-only: no outbound copy. @missed: neither; there is a
+///         capture gap there. @twice: the returned copy comes twice.
 ///         @circulating: the circulating bit is set in the returned copy. @cut=N: the packets are cut to N bytes by
 ///         the snap length. @no-time: without time stamp.
 /// Instead of a datagram: `RAW hex...` is one packet with exactly these bytes; `OTHER` is a packet of a foreign
