@@ -31,9 +31,8 @@ constexpr FindingKind kGivenUp{
 constexpr FindingKind kNotReachedOnBus{
     .name = "not-reached-on-bus",
     .title =
-        "{requested} not reached by [{?one}the slave][{!one}[{?all_asked}all of {slaves}][{!all_asked}any slave]] "
-        "within "
-        "{limit_ms}",
+        "[{!one}[{?all_asked}Not all of {slaves} reach {requested}][{!all_asked}No slave reaches {requested}]]"
+        "[{?one}The slave does not reach {requested}] within {limit_ms}",
     .message =
         R"(The master requested {requested} [{?all_asked}of all slaves, last ]in {request_frame}. It read AL Status of
 all slaves by broadcast. From {frame} ({waited_ms} after the request) to {last_read_frame} these reads show
@@ -44,8 +43,8 @@ all slaves by broadcast. From {frame} ({waited_ms} after the request) to {last_r
 constexpr FindingKind kGivenUpOnBus{
     .name = "given-up-on-bus",
     .title =
-        "{requested} not reached by [{?one}the slave][{!one}[{?all_asked}all of {slaves}][{!all_asked}any slave]] in "
-        "{waited_ms}, given up",
+        "[{!one}[{?all_asked}Not all of {slaves} reach {requested}][{!all_asked}No slave reaches {requested}]]"
+        "[{?one}The slave does not reach {requested}] in {waited_ms}, given up",
     .message =
         R"(The master requested {requested} [{?all_asked}of all slaves, last ]in {request_frame}. It read AL Status of
 all slaves by broadcast. Up to {last_read_frame} ({waited_ms} after the request) these reads show {al_status_of_all}.

@@ -48,8 +48,9 @@ constexpr const FindingKind* kKinds[] = {&kWritten, &kFailed, &kChecksumWrong};
 
 constexpr NoteKind kWordWritten{
     .name = "word",
-    .text = R"(Word {address}[ was {before}, and] was written[ to {values}][{!values} with a value that is not in the
-capture].[ This failed: {error}.][{?unconfirmed} The capture does not show the end of the write command.])"};
+    .text =
+        R"(Word {address}[ was {before} and now has {values}][{!before} was set to {values}][{!values} was written with a
+value that is not in the capture].[ This failed: {error}.][{?unconfirmed} The capture does not show the end of the write command.])"};
 constexpr NoteKind kMoreWords{.name = "more-words", .text = "{more} {more?was|were} written too."};
 constexpr NoteKind kChecksumUnknown{
     .name = "checksum-unknown",

@@ -17,13 +17,13 @@ constexpr FindingKind kLost{
     .name = "lost",
     .title = "{lost_frames} of {outbound_frames:number} never returned",
     .message = R"({lost_frames:number} outbound {lost_frames?frame|frames} never returned although
-[{?master_went_on}the master went on sending][{!master_went_on}later ones did]. The first is {frame}.[[{?all_in_a_row} They
+[{?master_went_on}the master went on sending][{!master_went_on}later ones did]. {lost_frames?It is|The first is} {frame}.[[{?all_in_a_row} They
 are all in a row, up to {in_a_row_last_frame}][{!all_in_a_row} {in_a_row} of them are in a row, from
-{in_a_row_first_frame} to {in_a_row_last_frame}][, within {in_a_row_ms}].][[{?each_followed} Each of them
-is][{!each_followed} {followed_by_other_traffic} of them {followed_by_other_traffic?is|are}] directly followed by a packet
-of another protocol.][ The capturing machine dropped {dropped_by_capture} by its own count; these losses may be among
-them.][ {returned_without_outbound} {returned_without_outbound?has|have} no outbound copy: the capture misses packets, and
-these losses may be among them.][{?with_change} The frames were in flight when the number of slaves on the bus changed.])",
+{in_a_row_first_frame} to {in_a_row_last_frame}][, within {in_a_row_ms}].][[{?each_followed}
+{lost_frames?It is|Each of them is}][{!each_followed} {followed_by_other_traffic} of them {followed_by_other_traffic?is|are}] directly followed by a packet
+of another protocol.][ The capturing machine dropped {dropped_by_capture} by its own count; {lost_frames?this loss|these losses} may be
+among them.][ {returned_without_outbound} {returned_without_outbound?has|have} no outbound copy: the capture misses packets, and
+{lost_frames?this loss|these losses} may be among them.][{?with_change} {lost_frames?The frame was|The frames were} in flight when the number of slaves on the bus changed.])",
     .next = R"([{?each_followed}Keep other traffic off the EtherCAT port. ][{?some_followed}Keep other traffic off the
 EtherCAT port. ][{?with_change}Correct the change of the number of slaves first.][{!with_change}Check cables and connectors,
 and the error counters (0x0300-0x0313) of the slaves.])"};

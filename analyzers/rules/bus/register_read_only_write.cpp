@@ -12,7 +12,7 @@ namespace {
 constexpr FindingKind kReadOnly{
     .name = "read-only",
     .title = "Write to read-only register {register}",
-    .message = R"(The master writes {written_begin} to {register}. This register is read-only for EtherCAT
+    .message = R"(The master writes {written_begin} to {register} in {frame}. This register is read-only for EtherCAT
 ({manual}).[{?refused} The slave refused the write (working counter 0).][{?counted} The slave counted the access, but does
 not store the value.][{!refused}[{!counted} The slave does not store the value.]])",
     .next = "Remove the write, or write the register that was intended.",

@@ -23,20 +23,20 @@ constexpr FindingKind kProcessData{
     .name = "process-data",
     .title = R"({command} working counter {working_counter} instead of [{!expected_most}at least
 {expected_least}][[{?as_range}{expected_least} to ]{expected_most}])",
-    .message = R"({command} of {length} at logical address {logical_address} returned with working counter
-{working_counter}. Expected [{!expected_most}at least {expected_least}][[{?as_range}{expected_least} to
+    .message = R"({command} of {length} at logical address {logical_address} returned in {frame} with
+working counter {working_counter}. Expected [{!expected_most}at least {expected_least}][[{?as_range}{expected_least} to
 ]{expected_most}][, by the FMMUs of the slaves: {shares}].[{!shares} No slave has an FMMU for this address.])",
     .next = R"([{?outputs_of}Check the AL status of {outputs_of} and the sync manager of its
-outputs[ ({sync_manager})].][{?inputs_of}Check the AL status of {inputs_of} and the sync manager of its
-inputs[ ({sync_manager})].][{!outputs_of}[{!inputs_of}[{?missing}Check AL status, power and cable of
+outputs[ (SM{sync_manager})].][{?inputs_of}Check the AL status of {inputs_of} and the sync manager of its
+inputs[ (SM{sync_manager})].][{!outputs_of}[{!inputs_of}[{?missing}Check AL status, power and cable of
 {missing}.][{!missing}[{?more_counted}Check which slaves have FMMUs for this address.][{!more_counted}Check AL status and
 power of the slaves.]]]])",
     .identity = "command"};
 constexpr FindingKind kDropped{
     .name = "process-data-dropped",
     .title = "{command} working counter {working_counter} instead of {before} as before",
-    .message = R"({command} of {length} at logical address {address} returned with working counter {working_counter}.
-Before, it was {before} in {times} from {since_frame} on, and there was no state request since then. Not all FMMUs are in
+    .message = R"({command} of {length} at logical address {address} returned in {frame} with working counter
+{working_counter}. Before, it was {before} in {times} from {since_frame} on, and there was no state request since then. Not all FMMUs are in
 the capture, so it does not show which slave is missing.)",
     .next = "Check the AL status and power of the slaves.",
     .identity = "command"};
@@ -44,20 +44,21 @@ constexpr FindingKind kBroadcast{
     .name = "broadcast",
     .title = "BRD of {register}: {working_counter} of {passed} answer",
     .message =
-        R"(The broadcast read of register {register}, which every ESC has, passed {passed}, but the working counter
-is {working_counter}. A broadcast does not show which slave did not answer.)",
+        R"(The broadcast read of register {register} in {frame} passed {passed}, and every ESC has this register.
+But the working counter is {working_counter}. A broadcast does not show which slave did not answer.)",
     .next = "Check which slave does not answer the reads of its own address.",
     .identity = "register"};
 constexpr FindingKind kNoAnswer{
     .name = "no-answer",
     .title = "The slave does not answer at its station address {station_address}",
-    .message = R"(FPRD of register {register} at station address {station_address} returned with working counter 0,
-although a slave answered there before. The slave lost power, its link, or its address. A restart clears the address.)",
+    .message = R"(FPRD of register {register} at station address {station_address} returned in {frame} with
+working counter 0, although a slave answered there before. The slave lost power, its link, or its address. A restart clears the address.)",
     .next = "Check the power of the slave and the cable to it."};
 constexpr FindingKind kSeveralAnswer{
     .name = "several-answer",
     .title = "{working_counter} slaves answer at station address {station_address}",
-    .message = R"(FPRD of register {register} returned with working counter {working_counter} instead of 1. So
+    .message =
+        R"(FPRD of register {register} returned in {frame} with working counter {working_counter} instead of 1. So
 {working_counter} slaves have station address {station_address}, and their data are mixed.)",
     .next = "Give each slave an address of its own."};
 constexpr FindingKind kNoSlaveThere{

@@ -10,7 +10,7 @@ constexpr FindingKind kAnotherRecording{
     .name = "another-recording",
     .title = "The file has more than one recording: the clock jumps",
     .message = R"(The clock jumps in {frame}, and no frame in flight there shows that the same master continues. So
-another recording begins with {frame}. States and settings from before {frame} are not used after it.)",
+another recording seems to begin with {frame}. States and settings from before {frame} are not used after it.)",
     .next = "If the file should have one recording only, evaluate the recordings one by one."};
 constexpr const FindingKind* kKinds[] = {&kAnotherRecording};
 
@@ -53,7 +53,9 @@ class CaptureSpliced final : public Rule {
       AddRelated(context().store[known], e.frame.number);
       return;
     }
-    Report(0, Found(kAnotherRecording, kNoSlave, e.frame));
+    Finding finding = Found(kAnotherRecording, kNoSlave, e.frame);
+    finding.confidence = Confidence::kInferred;  // a clock that is set looks the same
+    Report(0, std::move(finding));
   }
 
   void Finish() override {

@@ -14,8 +14,8 @@ constexpr FindingKind kMalformed{
     .title = "Malformed mailbox message {direction}: {problem}",
     .message =
         R"(The {protocol} message {direction} in {frame} is malformed: {explanation}. Its header has length {length},
-type {type} and counter {counter}.[ The mailbox has {mailbox_length}, 6 of them for the header.] [{?from_master}The
-slave can only drop the message or answer with a mailbox error.][{!from_master}The master cannot use the message.])",
+type {type} and counter {counter}.[ The mailbox has {mailbox_length}, 6 of them for the header.] [{?from_master}[{?incomplete}The
+slave does not receive it.][{!incomplete}The slave can only drop the message or answer with a mailbox error.]][{!from_master}The master cannot use the message.])",
     .next = R"([{?caused}Correct the cause.][{!caused}[{?from_master}Correct the code of the master that builds the
 message.][{!from_master}Report this frame to the vendor of the slave: its mailbox code is wrong.]])",
     .identity = "problem direction protocol"};
@@ -121,7 +121,8 @@ class MailboxMalformed final : public Rule {
         .Set("length", arg::Number(m.header.length))
         .Set("type", arg::Number(static_cast<int>(m.header.protocol)))
         .Set("counter", arg::Number(m.header.counter))
-        .Set("from_master", arg::Flag(m.direction == mailbox::Direction::kOut));
+        .Set("from_master", arg::Flag(m.direction == mailbox::Direction::kOut))
+        .Set("incomplete", arg::Flag(&words == &kNotCompleted));
     if (const std::optional<std::uint16_t> length = LengthOf(m)) {
       finding.Set("mailbox_length", arg::Count(*length, "byte"));
     }

@@ -14,7 +14,7 @@ constexpr FindingKind kInRequest{
     .message = R"(The segment request in {frame} has the wrong toggle bit. It belongs to the {service} of
 [{object}[{?complete_access} (complete access)]][{!object}an object that is not in the capture]. The bit has to
 alternate between segment requests, starting with 0.[{?several} This transfer has {wrong_segments} with a wrong toggle
-bit.] A segment was lost or repeated, so the data are not reliable.)",
+bit.] A segment may have been lost or repeated, so the data are not reliable.)",
     .next = "Correct the master: repeat a segment only if its response is lost.",
     .identity = "service object"};
 
@@ -24,8 +24,8 @@ constexpr FindingKind kInResponse{
     .message = R"(The segment response in {frame} has the wrong toggle bit. It belongs to the {service} of
 [{object}[{?complete_access} (complete access)]][{!object}an object that is not in the capture]. A response has to
 repeat the toggle bit of its request.[{?several} This transfer has {wrong_segments} with a wrong toggle bit.] A segment
-was lost or repeated, so the data are not reliable.)",
-    .next = "Correct the slave.",
+may have been lost or repeated, so the data are not reliable.)",
+    .next = "Report this frame to the vendor of the slave, unless the capture misses a segment before it.",
     .identity = "service object"};
 
 constexpr const FindingKind* kKinds[] = {&kInRequest, &kInResponse};

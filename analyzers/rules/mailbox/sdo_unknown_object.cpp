@@ -19,8 +19,8 @@ constexpr FindingKind kAccepted{
     .name = "accepted",
     .title = "{object} exists, but is not in the dictionary of the drive",
     .message =
-        R"(The master {access} {object} in {frame}, and the slave accepts it. The dictionary of {family} ({source}) does
-not have this object. The firmware of the slave is newer than the manual.)",
+        R"(The master {access} {object} in {frame}, and the slave [{?read}answers][{!read}accepts it]. The dictionary of {family} ({source}) does
+not have this object. The firmware of the slave may be newer than the manual.)",
     .next = "",
     .identity = "service object"};
 
@@ -90,6 +90,7 @@ class SdoUnknownObject final : public Rule {
           .Set("index", arg::Hex(t.index))
           .Set("service", ServiceValue(t.service))
           .Set("access", arg::Of(download ? kWrites : kReads))
+          .Set("read", arg::Flag(!download))
           .Set("outcome", OutcomeValue(t.outcome))
           .Set("family", arg::Text(family.title))
           .Set("source", arg::Text(family.dictionary->source));

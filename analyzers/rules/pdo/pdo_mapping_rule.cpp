@@ -65,7 +65,7 @@ constexpr FindingKind kOddLengthSuspected{
     .message =
         R"(The master requests SAFEOP in {request_frame}. The slave refuses it with AL status code {al_status_code}
 ({frame}). {pdos} {pdos?has|have} {bytes}. {relative} forbids an odd length for free mapping. {manual} describes no free
-mapping, so this reason is an inference.[{?own_default} The master keeps this default mapping of the drive.])",
+mapping[{?by_code}, so this reason is an inference].[{?own_default} The master keeps this default mapping of the drive.])",
     .next =
         "Assign PDOs of even total length: one of the fixed PDOs, or map the objects again, each once, and fill up.",
     .identity = "direction al_status_code"};

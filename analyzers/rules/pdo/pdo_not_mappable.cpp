@@ -11,7 +11,7 @@ namespace {
 constexpr FindingKind kNotMappable{
     .name = "not-mappable",
     .title = "{mapped:number} is mapped although it cannot be ({pdo})",
-    .message = R"(The master maps {mapped}, {size}, to {in} in {frame}. By {manual} this object cannot be mapped.
+    .message = R"(The master maps {mapped}, {size}, to {in} in {frame}. This object cannot be mapped ({manual}).
 {outcome}[ with {abort_code}].)",
     .next = "Map another object, or read and write this one by SDO.",
     .identity = "mapped pdo"};
@@ -19,23 +19,23 @@ constexpr FindingKind kNotMappable{
 constexpr FindingKind kWrongDirection{
     .name = "wrong-direction",
     .title = "{mapped:number} is mapped in the wrong direction ({pdo})",
-    .message = R"(The master maps {mapped}, {size}, to {in}, {direction} PDO, in {frame}. By {manual} it can be mapped
-in {right_direction} PDOs only. {outcome}[ with {abort_code}].)",
+    .message = R"(The master maps {mapped}, {size}, to {in}, {direction} PDO, in {frame}. It can be mapped in
+{right_direction} PDOs only ({manual}). {outcome}[ with {abort_code}].)",
     .next = "Map the object in {right_direction} PDOs, or map another one.",
     .identity = "mapped pdo"};
 
 constexpr FindingKind kNotListed{
     .name = "not-listed",
     .title = "{mapped:number} is mapped, but is not in the manual's list ({pdo})",
-    .message = R"(The master maps {mapped}, {size}, to {in} in {frame}. In {manual} it is not among the objects that can
-be mapped. {outcome}[ with {abort_code}].)",
+    .message = R"(The master maps {mapped}, {size}, to {in} in {frame}. It is not among the objects that can be
+mapped ({manual}). {outcome}[ with {abort_code}].)",
     .next = "Check the index and the firmware, or map another object.",
     .identity = "mapped pdo"};
 
 constexpr FindingKind kWrongLength{
     .name = "wrong-length",
     .title = "{mapped:number} is mapped with {size} instead of {expected_bits} ({pdo})",
-    .message = R"(The master maps {mapped}, {size}, to {in} in {frame}. By {manual} it has {expected_size}. {outcome}[
+    .message = R"(The master maps {mapped}, {size}, to {in} in {frame}. It has {expected_size} ({manual}). {outcome}[
 with {abort_code}].)",
     .next = "Map the object with {expected_size}.",
     .identity = "mapped pdo"};

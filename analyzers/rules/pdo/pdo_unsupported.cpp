@@ -12,20 +12,24 @@
 namespace ecaudit::pdo_unsupported {
 namespace {
 
+constexpr std::string_view kMessage =
+    R"(The master downloads {pdo} to {assignment} in {frame}. {outcome}[ with {abort_code}].[ The
+{direction} PDOs of the drive are {known_pdos} ({manual}).][{!known_pdos} The drive has no {direction} PDOs ({manual}).])";
+constexpr std::string_view kNext =
+    "[{?known_pdos}Assign one of the listed PDOs.][{!known_pdos}Check the assignment in the master.]";
+
 constexpr FindingKind kNotOfDrive{
     .name = "not-listed",
     .title = "PDO {pdo_object} assigned in {assignment_object}: the drive does not have it",
-    .message = R"(The master downloads {pdo} to {assignment} in {frame}. {outcome}[ with {abort_code}].[ {manual} has
-the {direction} PDOs {known_pdos}.][{!known_pdos} {manual} lists no {direction} PDOs.])",
-    .next = "[{?known_pdos}Assign one of the listed PDOs.][{!known_pdos}Check the assignment in the master.]",
+    .message = kMessage,
+    .next = kNext,
     .identity = "pdo assignment_object"};
 
 constexpr FindingKind kOtherDirection{
     .name = "other-direction",
     .title = "PDO {pdo_object} assigned in {assignment_object}: it is of the other direction",
-    .message = R"(The master downloads {pdo} to {assignment} in {frame}. {outcome}[ with {abort_code}].[ {manual} has
-the {direction} PDOs {known_pdos}.][{!known_pdos} {manual} lists no {direction} PDOs.])",
-    .next = "[{?known_pdos}Assign one of the listed PDOs.][{!known_pdos}Check the assignment in the master.]",
+    .message = kMessage,
+    .next = kNext,
     .identity = "pdo assignment_object"};
 
 constexpr const FindingKind* kKinds[] = {&kNotOfDrive, &kOtherDirection};

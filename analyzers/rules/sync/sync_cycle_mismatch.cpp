@@ -31,38 +31,38 @@ constexpr Word kCyclesInOp{"cycles-in-op", "cycles with process data in OP (50 n
 
 constexpr FindingKind kSync0AndInterpolation{
     .name = "sync0-cycle-interpolation-time",
-    .title = "SYNC0 cycle is {sync0_cycle_ns} ns, but 60C2h gives {interpolation_ns} ns",
+    .title = "SYNC0 cycle is {sync0_cycle_ns}, but 60C2h gives {interpolation_ns}",
     .message =
         R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
-in {frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns} ns[ (since {sync0_frame})], but the interpolation time
-(60C2h) is {interpolation_ns} ns[ (since {interpolation_frame})].)",
+in {frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns}[ (since {sync0_frame})], but the interpolation time
+(60C2h) is {interpolation_ns}[ (since {interpolation_frame})].)",
     .next = "Set the same time in both."};
 
 constexpr FindingKind kSync0AndDrive{
     .name = "sync0-cycle-drive-cycle",
-    .title = "SYNC0 cycle is {sync0_cycle_ns} ns, but {parameter} gives {drive_cycle_ns} ns",
+    .title = "SYNC0 cycle is {sync0_cycle_ns}, but {parameter} gives {drive_cycle_ns}",
     .message =
         R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
-in {frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns} ns[ (since {sync0_frame})], but {parameter} as given by
---parameter is {drive_cycle_ns} ns.)",
+in {frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns}[ (since {sync0_frame})], but {parameter} as given by
+--parameter is {drive_cycle_ns}.)",
     .next = "Set the same time in both.",
     .identity = "parameter"};
 
 constexpr FindingKind kInterpolationAndDrive{
     .name = "interpolation-time-drive-cycle",
-    .title = "60C2h gives {interpolation_ns} ns, but {parameter} gives {drive_cycle_ns} ns",
+    .title = "60C2h gives {interpolation_ns}, but {parameter} gives {drive_cycle_ns}",
     .message =
         R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
-in {frame}.] The interpolation time (60C2h) is then {interpolation_ns} ns[ (since {interpolation_frame})], but
-{parameter} as given by --parameter is {drive_cycle_ns} ns.)",
+in {frame}.] The interpolation time (60C2h) is then {interpolation_ns}[ (since {interpolation_frame})], but
+{parameter} as given by --parameter is {drive_cycle_ns}.)",
     .next = "Set the same time in both.",
     .identity = "parameter"};
 
 constexpr FindingKind kRewritten{
     .name = "sync0-cycle-rewritten",
-    .title = "SYNC0 runs with {sync0_cycle_ns} ns, but 0x09A0 is now {sync0_cycle_now_ns} ns",
+    .title = "SYNC0 runs with {sync0_cycle_ns}, but 0x09A0 is now {sync0_cycle_now_ns} ns",
     .message =
-        R"(SYNC0 was switched on with a cycle of {sync0_cycle_ns} ns in {sync0_frame}. While it was on, the master
+        R"(SYNC0 was switched on with a cycle of {sync0_cycle_ns} in {sync0_frame}. While it was on, the master
 wrote {sync0_cycle_now_ns} ns to 0x09A0 in {frame}.)",
     .next = "Use one time: write the cycle before SYNC0 is switched on, and do not change it afterwards."};
 
@@ -214,7 +214,7 @@ class SyncCycleMismatch final : public Rule {
     AddRelated(finding, active->frame.number);
     finding.reference = ReferenceTo(context().slave(slave).profile->sync.cycle_base.source);
     const TimeNs before = *active->sync0_cycle_ns;
-    finding.Set("sync0_cycle_ns", arg::Number(before))
+    finding.Set("sync0_cycle_ns", arg::Ns(before))
         .Set("sync0_cycle_now_ns", arg::Number(*now))
         .Set("sync0_frame", arg::Frame(active->frame.number));
     ReportAndKeep(slave, kKey, before, *now, std::move(finding));
@@ -233,14 +233,13 @@ class SyncCycleMismatch final : public Rule {
   void SetSetting(Finding& finding, const Setting& setting) const {
     switch (setting.place) {
       case Setting::Place::kSync0:
-        finding.Set("sync0_cycle_ns", arg::Number(setting.time)).Set("sync0_frame", arg::Frame(setting.since));
+        finding.Set("sync0_cycle_ns", arg::Ns(setting.time)).Set("sync0_frame", arg::Frame(setting.since));
         break;
       case Setting::Place::kInterpolation:
-        finding.Set("interpolation_ns", arg::Number(setting.time))
-            .Set("interpolation_frame", arg::Frame(setting.since));
+        finding.Set("interpolation_ns", arg::Ns(setting.time)).Set("interpolation_frame", arg::Frame(setting.since));
         break;
       case Setting::Place::kDrive:
-        finding.Set("drive_cycle_ns", arg::Number(setting.time))
+        finding.Set("drive_cycle_ns", arg::Ns(setting.time))
             .Set("parameter", arg::Text(context().slave(finding.slave).profile->sync.cycle_count->keyword));
         break;
     }

@@ -23,7 +23,7 @@ constexpr Word kStartTime{"start-time", "the start time of SYNC0 (0x0990)"};
 
 constexpr FindingKind kInPast{
     .name = "start-in-past",
-    .title = "SYNC0 start time lies {late_ns} in the past",
+    .title = "SYNC0 start time lies [{late_years}][{!late_years}{late_ns}] in the past",
     .message = R"({frame} switches SYNC on (0x0981 = {activation}) with the start time {start_time_ns} ns (0x0990). But
 {read_frame} read the system time {system_time_ns} ns[, {since_read_ns} before].[{?low_half} Only the low 32 bits of
 both count for this clock.] So the first pulse comes only after the clock wraps.)",
@@ -91,6 +91,9 @@ Read the system time directly before, and add enough for the rest of the configu
 constexpr TimeNs kLongWait = 10'000'000'000;
 /// A wait of more than this is reported without a request of OP.
 constexpr TimeNs kNeverNs = 3'600'000'000'000;
+/// All longer times count as this.
+constexpr TimeNs kFarNs = TimeNs{1} << 62;
+constexpr TimeNs kDay = 86'400'000'000'000;
 /// System times begin with 2000; those of hosts with 1970.
 constexpr TimeNs kEpochs = 946'684'800'000'000'000;
 
@@ -186,7 +189,6 @@ class SyncStartInPast final : public Rule {
   /// How far ahead the start lies, by the time that was read. Beyond 146 years it is kept there, so that what is added
   /// to it later fits.
   static TimeNs AheadOf(const sync::SyncSwitchedOn& e) {
-    constexpr TimeNs kFarNs = TimeNs{1} << 62;
     return std::clamp(
         e.low_half_only
             ? static_cast<std::int32_t>(WrappingDifference(static_cast<std::uint32_t>(*e.start_ns & 0xFFFFFFFFU),
@@ -219,11 +221,23 @@ class SyncStartInPast final : public Rule {
         .Set("low_half", arg::Flag(e.low_half_only));
   }
 
+  /// Long times in years. AheadOf() ends at 146 of them: a number would be none of the capture.
+  static void SetYears(Finding& finding, std::string_view name, TimeNs time) {
+    constexpr TimeNs kYear = 365 * kDay + kDay / 4;
+    if (time >= kFarNs) {
+      static constexpr Word kMoreThanACentury{"more-than-a-century", "more than 100 years"};
+      finding.Set(name, arg::Of(kMoreThanACentury));
+    } else if (time > 365 * kDay) {
+      finding.Set(name, arg::Real(static_cast<double>(time) / static_cast<double>(kYear), "years"));
+    }
+  }
+
   void ReportPast(const sync::SyncSwitchedOn& e, TimeNs ahead, TimeNs late) {
     if (Repeat(e.slave, 0, e.frame) != kNoFinding) return;
     Finding finding = FindingOf(kInPast, e);
     SetTimes(finding, e);
     finding.Set("late_ns", arg::Ns(late));
+    SetYears(finding, "late_years", late);
     if (ahead >= 0) finding.Set("since_read_ns", arg::Ns(*e.since_read_ns));
     Report(0, std::move(finding));
   }
@@ -231,15 +245,11 @@ class SyncStartInPast final : public Rule {
   /// @param wanted  the request of OP that makes the wait too long, if there is one
   void ReportFar(const sync::SyncSwitchedOn& e, TimeNs ahead, const FrameRef& wanted) {
     if (Repeat(e.slave, 2, e.frame) != kNoFinding) return;
-    constexpr TimeNs kDay = 86'400'000'000'000;
     Finding finding = FindingOf(kFarAhead, e);
     if (wanted.seen()) AddRelated(finding, wanted.number);
     SetTimes(finding, e);
     finding.Set("ahead_ns", arg::Ns(ahead));
-    if (ahead > 365 * kDay) {
-      const double years = static_cast<double>(ahead) / static_cast<double>(365 * kDay + kDay / 4);
-      finding.Set("ahead_years", arg::Real(years, "years"));
-    }
+    SetYears(finding, "ahead_years", ahead);
     if (wanted.seen()) finding.Set("request_frame", arg::Frame(wanted.number));
     finding.Set("since_1970", arg::Flag(ahead > kEpochs - kDay && ahead < kEpochs + kDay));
     Report(2, std::move(finding));

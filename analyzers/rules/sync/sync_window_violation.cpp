@@ -33,6 +33,16 @@ constexpr Word kDcTime{"dc-time-in-frames", "the DC time in the frames with proc
 constexpr Word kNearSync0{"arrival-near-sync0", "the arrival of frames close to SYNC0"};
 constexpr Word kDcTimeAndStamps{"dc-and-stamps", "the DC time in another frame of the cycle and the stamps", true};
 
+constexpr std::string_view kSync0Next =
+    R"([{?frames}Let the cycle of the master follow the DC time.][{?frame_cycle_us}Send the frames with the cycle
+of SYNC0.][{?usual_phase_us}Find what delayed the master here, and check whether its cycle follows the DC
+time.][{?near_sync0}Shift SYNC0 to the middle between two frames, and send more regularly.])";
+constexpr std::string_view kJitterMessage =
+    R"({frame} arrives [{early_us} earlier][{!early_us}{deviation_us} later] than expected from the cycles of {cycle_us} before it
+(+-{uncertainty_us} by {time_base}). [The manual ({manual})][{!manual}The EtherCAT standard] permits a jitter of
+{permitted_us}.[ Note of the profile: {note}.])";
+constexpr std::string_view kJitterNext = "Make the sending of the master more regular.";
+
 constexpr FindingKind kEmptyInterval{
     .name = "interval-empty",
     .title = "{empty_intervals} without process data",
@@ -42,10 +52,7 @@ across SYNC0. So {empty_intervals} passed without outputs.][{!frames}{empty_inte
 {before_frame} and {frame}.] {frame} arrives {phase_us} after a pulse (+-{uncertainty_us} by {time_base}). The drive
 needs one frame in each interval ({sync_source}).[ The frames come every {frame_cycle_us}.][ On average they arrive
 {usual_phase_us} after a pulse, far from the next one.])",
-    .next =
-        R"([{?frames}Let the cycle of the master follow the DC time.][{?frame_cycle_us}Send the frames with the cycle
-of SYNC0.][{?usual_phase_us}Find what delayed the master here, and check whether its cycle follows the DC
-time.][{?near_sync0}Shift SYNC0 to the middle between two frames, and send more regularly.])"};
+    .next = kSync0Next};
 
 constexpr FindingKind kTwoFrames{
     .name = "two-frames",
@@ -56,10 +63,7 @@ across SYNC0, and two arrive between the same two pulses.][{!frames}Frames {befo
 arrive between the same two pulses.] {frame} arrives {phase_us} after a pulse (+-{uncertainty_us} by {time_base}). The
 drive needs one frame in each interval ({sync_source}).[ The frames come every {frame_cycle_us}.][ On average they
 arrive {usual_phase_us} after a pulse, far from the next one.])",
-    .next =
-        R"([{?frames}Let the cycle of the master follow the DC time.][{?frame_cycle_us}Send the frames with the cycle
-of SYNC0.][{?usual_phase_us}Find what delayed the master here, and check whether its cycle follows the DC
-time.][{?near_sync0}Shift SYNC0 to the middle between two frames, and send more regularly.])"};
+    .next = kSync0Next};
 
 constexpr FindingKind kEmptyCycle{
     .name = "cycle-empty",
@@ -67,23 +71,17 @@ constexpr FindingKind kEmptyCycle{
     .message = R"({missing_cycles} passed without outputs between {before_frame} and {frame}. The cycle is {cycle_us}
 (+-{uncertainty_us} by {time_base}). [The manual ({manual})][{!manual}The EtherCAT standard] permits a jitter of
 {permitted_us}.[ Note of the profile: {note}.])",
-    .next = "Make the sending of the master more regular."};
+    .next = kJitterNext};
 
-constexpr FindingKind kLate{
-    .name = "late",
-    .title = "Process data {deviation_us} late, {permitted_us} permitted",
-    .message = R"({frame} arrives {deviation_us} later than expected from the cycles of {cycle_us} before it
-(+-{uncertainty_us} by {time_base}). [The manual ({manual})][{!manual}The EtherCAT standard] permits a jitter of
-{permitted_us}.[ Note of the profile: {note}.])",
-    .next = "Make the sending of the master more regular."};
+constexpr FindingKind kLate{.name = "late",
+                            .title = "Process data {deviation_us} late, {permitted_us} permitted",
+                            .message = kJitterMessage,
+                            .next = kJitterNext};
 
-constexpr FindingKind kEarly{
-    .name = "early",
-    .title = "Process data {early_us} early, {permitted_us} permitted",
-    .message = R"({frame} arrives {early_us} earlier than expected from the cycles of {cycle_us} before it
-(+-{uncertainty_us} by {time_base}). [The manual ({manual})][{!manual}The EtherCAT standard] permits a jitter of
-{permitted_us}.[ Note of the profile: {note}.])",
-    .next = "Make the sending of the master more regular."};
+constexpr FindingKind kEarly{.name = "early",
+                             .title = "Process data {early_us} early, {permitted_us} permitted",
+                             .message = kJitterMessage,
+                             .next = kJitterNext};
 
 constexpr FindingKind kPllOutside{
     .name = "pll-outside",
