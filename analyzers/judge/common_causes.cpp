@@ -348,7 +348,7 @@ constexpr std::array kLaws{
     Law{"al-unexpected-change", "sync-switched-off", kLater, NamesSynchronisation},
     Law{"al-unexpected-change", "sync-watchdog-margin", kSoon, NamesWatchdog},
     Law{"al-unexpected-change", "sync-lost", kSoon, NamesSynchronisationOrWatchdog},
-    Law{"al-unexpected-change", "sync-window-violation", kLater, NamesSynchronisationByCode, Bus::kNo, Precedes},
+    Law{"al-unexpected-change", "sync-window-violation", kLater, NamesSynchronisationByCode, Bus::kNo, Precedes, true},
     Law{"al-unexpected-change", "sync-difference-large", kLater, NamesSynchronisationByCode, Bus::kNo, Precedes, true},
     Law{"al-unexpected-change", "sync-drift-uncompensated", kLater, NamesSynchronisationByCode, Bus::kGoesOn, Precedes,
         true},

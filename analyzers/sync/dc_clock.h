@@ -16,7 +16,7 @@ class DcClock {
  public:
   /// A sample of the reference clock, if this answer holds one.
   std::optional<DcTime> On(const track::Answered& answer);
-  /// The clock of `slave` was set (0x0910, 0x0920 or 0x0930 written).
+  /// The clock of `slave` was set (0x0920 or 0x0928 written).
   void WasSet(SlaveId slave);
 
   [[nodiscard]] SlaveId reference() const { return reference_; }

@@ -411,8 +411,9 @@ void SyncModel::OnMemoryWritten(const track::SlaveAccess& access) {
 void SyncModel::OnDcAccess(const track::SlaveAccess& access) {
   Slave& slave = Of(access.slave);
   const bool distributes = access.command == wire::Command::ARMW || access.command == wire::Command::FRMW;
+  // A write of 0x0910 sets nothing: the clock is compared with it, and made a little faster or slower.
   if (!access.written.empty() && !distributes && access.acceptance != track::Acceptance::kRefused &&
-      (Touches(access, esc::kSystemTime, 8) || Touches(access, esc::kSystemTimeOffset, 12))) {
+      Touches(access, esc::kSystemTimeOffset, 12)) {
     clock_.WasSet(access.slave);
   }
   const DcUnit::Change change = slave.dc.On(access, bus_.network().state(access.slave).registers);

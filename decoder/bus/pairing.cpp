@@ -879,9 +879,7 @@ void Pairing::AnswerInFlight(Slot& slot, const wire::FrameView& frame) noexcept 
   const FrameRef& sent = slot.view.ref();
   const FrameRef again = RepeatedSince(slot);
   const bool other = !again.seen() && MayAnswerLater(slot, frame);
-  if (again.seen() && HasWaited(sent, again) && senders_[slot.sender].rhythm.indices.was_next()) {
-    sink_.OnRepeated({slot.view, sent, again, frame.ref(), typical_round_trip_ns_});
-  }
+  ReportLate(slot);
   if (sent.has_time && frame.ref().has_time) {
     const std::int64_t round_trip = Elapsed(sent.time, frame.ref().time);
     if (round_trip == 0) ++statistics_.identical_stamps;
@@ -898,6 +896,23 @@ void Pairing::AnswerInFlight(Slot& slot, const wire::FrameView& frame) noexcept 
   HandOver({&slot.view, &frame, false, gap});
   ReportLost(slot.sequence);
   DropAnsweredTail();
+}
+
+/// The frame is the one before once more. If that one came back after this one was sent, its answer was late: as both
+/// came back, it is not that of this one.
+void Pairing::ReportLate(const Slot& slot) noexcept {
+  if (!senders_[slot.sender].rhythm.indices.was_next()) return;
+  const std::uint64_t oldest = head_ > kDuplicateFrames ? head_ - kDuplicateFrames : 0;
+  for (std::uint64_t s = slot.sequence; s > oldest; --s) {
+    const Slot& before = At(s - 1);
+    if (before.sender != slot.sender) continue;
+    const bool late = before.state == SlotState::kAnswered && before.key == slot.key && before.bytes == slot.bytes &&
+                      before.returned.number > slot.view.ref().number;
+    if (late && HasWaited(before.view.ref(), slot.view.ref())) {
+      sink_.OnRepeated({slot.view, before.view.ref(), slot.view.ref(), before.returned, typical_round_trip_ns_});
+    }
+    return;
+  }
 }
 
 /// When the master sent the same frame again, if it has sent nothing else since: it was waiting for this one. Not seen:

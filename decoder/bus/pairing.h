@@ -224,6 +224,7 @@ class Pairing {
   [[nodiscard]] bool HasWaited(const FrameRef& before, const FrameRef& now) const noexcept;
   [[nodiscard]] bool AnyInFlight(std::uint8_t sender) noexcept;
   [[nodiscard]] bool HasTimeFor(const Rhythm& rhythm, const FrameRef& from, const FrameRef& to) const noexcept;
+  void ReportLate(const Slot& slot) noexcept;
   [[nodiscard]] FrameRef RepeatedSince(const Slot& slot) noexcept;
   [[nodiscard]] bool MayAnswerLater(const Slot& slot, const wire::FrameView& returned) const noexcept;
   [[nodiscard]] bool ProvesGap(const Sender& sender, const wire::FrameView& orphan) const noexcept;

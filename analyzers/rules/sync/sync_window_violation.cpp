@@ -24,6 +24,11 @@ constexpr double kOtherRhythm = 0.1;
 /// Frames are as far apart as their intervals within this part of a cycle.
 constexpr double kInPlace = 0.125;
 
+/// Of a slave that may not need one frame in each interval: from so many on, and if it is one in so many.
+constexpr std::uint64_t kManyMissed = 20;
+constexpr std::uint64_t kMissedOneIn = 100;
+constexpr std::uint64_t kOutOfRhythmOneIn = 10;
+
 constexpr Word kSyncSource{"sync-source", "the way in which the drive synchronises to SYNC0"};
 constexpr Word kDrift{"drift-across-sync0", "the drift of the frames across SYNC0"};
 constexpr Word kJitter{"jitter", "the jitter of the process data"};
@@ -93,7 +98,17 @@ constexpr FindingKind kPllOutside{
 for {threshold}].)",
     .next = R"(Make the cycle of the master more regular, or check that it sends with the cycle of SYNC0.)"};
 
-constexpr const FindingKind* kKinds[] = {&kEmptyInterval, &kTwoFrames, &kEmptyCycle, &kLate, &kEarly, &kPllOutside};
+constexpr FindingKind kIrregular{
+    .name = "irregular",
+    .title = "{missed_share} of the SYNC0 intervals have no frame or two",
+    .message = R"(SYNC0 comes every {cycle_us}. From {frame} to {last_frame} in OP, {empty_intervals} had no frame with
+process data, and {double_intervals} had two. That is {missed_share} of {intervals}.[ By their stamps the frames come
+{shortest_us} to {longest_us} apart: the master sends irregularly.] A slave that takes its outputs at SYNC0 repeats a set
+point or misses one each time.)",
+    .next = R"(Make the sending of the master more regular: real-time priority, driver of the network card, load of the
+computer. Let its cycle follow the DC time.)"};
+constexpr const FindingKind* kKinds[] = {&kIrregular, &kEmptyInterval, &kTwoFrames, &kEmptyCycle,
+                                         &kLate,      &kEarly,         &kPllOutside};
 
 constexpr RuleInfo kInfo{
     .id = "sync-window-violation",
@@ -138,7 +153,9 @@ With SYNC0:
 - SYNCACT counts in OP with SYNC0 on, after PLLTHRESH cycles if that is known. SYNCDIST and SYNCWND come from SDO
   transfers or from --parameter. The AKD manuals do not print these objects: they are those of the MKD, and the finding
   is inferred.
-- Only families that are known to synchronise this way are evaluated.
+- One interval is an error only for families that are known to synchronise this way. For any other slave a warning
+  is reported if at least 20 intervals, and one in a hundred, have no frame or two. About as many have none as two: the
+  frames are meant for each interval.
 
 Without SYNC0:
 
@@ -171,10 +188,6 @@ class SyncWindowViolation final : public Rule {
 
   void On(const sync::SyncSlotMiss& e) {
     const device::SyncDescription& family = context().slave(e.slave).profile->sync;
-    if (family.source_with_dc.empty()) {
-      NotEvaluable(e.slave, ReasonCode::kNotInProfile, kSyncSource, e.frame.number);
-      return;
-    }
     if (e.empty > 0 && e.unreturned > 0) {
       NotEvaluable(e.slave, ReasonCode::kNeverReturned, what::kProcessFrames, e.frame.number);
       return;
@@ -191,6 +204,10 @@ class SyncWindowViolation final : public Rule {
         e.crept > 0 && clock.distributions() == 0 && e.slave != clock.reference()) {
       // By a clock that the clock of the slave need not follow.
       NotEvaluable(e.slave, ReasonCode::kAmbiguous, kDrift, e.frame.number);
+      return;
+    }
+    if (family.source_with_dc.empty()) {
+      OfAnySlave(e.slave).Add(e);
       return;
     }
     FindingIndex index = Repeat(e.slave, e.empty > 0 ? 1 : 2, e.frame);
@@ -322,7 +339,10 @@ class SyncWindowViolation final : public Rule {
       const sync::OutputWatch& outputs = context().sync().outputs(id);
       const auto& settings = context().sync().dc(id).activated();  // the last run may have ended in INIT
       if (outputs.frames_in_op == 0 || !settings || !settings->activation.sync0()) continue;
-      if (context().slave(id).profile->sync.source_with_dc.empty()) continue;
+      if (context().slave(id).profile->sync.source_with_dc.empty()) {
+        FinishAnySlave(id, outputs);
+        continue;
+      }
       if (outputs.phase.frames() == 0) {
         NotEvaluable(id, ReasonCode::kNotInCapture, kDcTime);
       } else if (outputs.phase.undecided() > 0 && !outputs.phase.missed()) {
@@ -341,6 +361,70 @@ class SyncWindowViolation final : public Rule {
     std::array<Kind, 2> of;  ///< without a frame, with two
     std::int64_t late = 0;   ///< intervals by which frames are later than at first
   };
+
+  /// Intervals of a slave of which it is unknown whether it needs one frame in each.
+  struct Irregular {
+    FrameRef first, last;
+    FrameNo longest_before = 0, longest_after = 0;
+    std::uint64_t empty = 0, doubled = 0;
+    TimeNs shortest_ns = 0, longest_ns = 0;  ///< between two frames, by the stamps
+    std::uint32_t cycle_ns = 0;
+
+    void Add(const sync::SyncSlotMiss& e) {
+      if (!first.seen()) first = e.frame;
+      last = e.frame;
+      cycle_ns = e.cycle_ns;
+      (e.empty > 0 ? empty : doubled) += std::max<std::uint64_t>(e.empty, 1);
+      if (e.crept > 0 || !e.before.has_time || !e.frame.has_time) return;
+      const TimeNs apart = Elapsed(e.before.time, e.frame.time);
+      if (apart <= 0) return;
+      if (shortest_ns == 0 || apart < shortest_ns) shortest_ns = apart;
+      if (apart <= longest_ns) return;
+      longest_ns = apart;
+      longest_before = e.before.number;
+      longest_after = e.frame.number;
+    }
+    /// By their stamps the frames do not come with the cycle.
+    [[nodiscard]] bool Stamped() const {
+      return shortest_ns > 0 && longest_ns > cycle_ns + cycle_ns / 4 && shortest_ns < cycle_ns - cycle_ns / 4;
+    }
+  };
+
+  Irregular& OfAnySlave(SlaveId slave) {
+    if (slave >= irregular_.size()) irregular_.resize(static_cast<std::size_t>(slave) + 1);
+    return irregular_[slave];
+  }
+
+  void FinishAnySlave(SlaveId slave, const sync::OutputWatch& outputs) {
+    if (slave >= irregular_.size() || !irregular_[slave].first.seen()) return;
+    const Irregular& misses = irregular_[slave];
+    const std::uint64_t missed = misses.empty + misses.doubled;
+    const std::uint64_t intervals = outputs.phase.frames() + misses.empty;
+    // Slower or faster frames leave intervals empty, or fill them twice, but not both.
+    const std::uint64_t apart = std::max(misses.empty, misses.doubled) - std::min(misses.empty, misses.doubled);
+    const bool in_rhythm = apart * kOutOfRhythmOneIn <= intervals;
+    if (!in_rhythm || missed < kManyMissed || missed * kMissedOneIn < intervals) {
+      NotEvaluable(slave, ReasonCode::kNotInProfile, kSyncSource, misses.first.number);
+      return;
+    }
+    Finding finding = Found(kIrregular, slave, misses.first);
+    finding.confidence = Confidence::kInferred;
+    finding.last = misses.last;
+    finding.count = missed;
+    finding.reference = ReferenceTo("ESC-1, distributed clocks, SYNC signal generation");
+    const double share = 100.0 * static_cast<double>(missed) / static_cast<double>(intervals);
+    finding.Set("missed_share", arg::Real(share, "%", share < 10 ? 1 : 0))
+        .Set("empty_intervals", arg::Count(misses.empty, "interval"))
+        .Set("double_intervals", arg::Count(misses.doubled, "interval"))
+        .Set("intervals", arg::Count(intervals, "interval"))
+        .Set("cycle_us", arg::Us(misses.cycle_ns));
+    if (misses.Stamped()) {
+      finding.Set("shortest_us", arg::Us(misses.shortest_ns)).Set("longest_us", arg::Us(misses.longest_ns));
+      AddRelated(finding, misses.longest_before);
+      AddRelated(finding, misses.longest_after);
+    }
+    Report(6, Severity::kWarning, std::move(finding));
+  }
 
   /// Whether the miss is the other end of one before it: frames came back to their places.
   void Follow(const sync::SyncSlotMiss& e, FindingIndex index) {
@@ -370,7 +454,8 @@ class SyncWindowViolation final : public Rule {
         .Set(frame, arg::Frame(value.since));
   }
 
-  std::vector<Misses> misses_;  // by slave
+  std::vector<Misses> misses_;        // by slave
+  std::vector<Irregular> irregular_;  // likewise
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncWindowViolation>};
