@@ -5,8 +5,10 @@ namespace {
 
 using device::DriveState;
 
-constexpr std::array kTargets{Role::kTargetPosition, Role::kTargetVelocity, Role::kTargetTorque};
-constexpr std::array kActuals{Role::kPosition, Role::kVelocity, Role::kTorque};
+// In the order of Quantity.
+constexpr std::array kTargets{Role::kTargetPosition, Role::kTargetVelocity, Role::kTargetTorque, Role::kTargetSpeed};
+constexpr std::array kActuals{Role::kPosition, Role::kVelocity, Role::kTorque, Role::kSpeed};
+static_assert(kTargets.size() == kQuantityCount && kActuals.size() == kQuantityCount);
 
 }  // namespace
 
@@ -30,12 +32,14 @@ void AxisWatch::NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16
 }
 
 void AxisWatch::Side(const SlaveSide& slave) {
-  if (now_.in_op != slave.in_op || now_.op_requested != slave.op_requested || now_.began != slave.began) {
+  if (now_.in_op != slave.in_op || now_.op_requested != slave.op_requested || now_.began != slave.began ||
+      now_.leaving != slave.leaving) {
     words_changed_ = true;
   }
   now_.in_op = slave.in_op;
   now_.op_requested = slave.op_requested;
   now_.began = slave.began;
+  now_.leaving = slave.leaving;
 }
 
 void AxisWatch::OnOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
@@ -113,7 +117,8 @@ void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameR
       return;
     case Role::kTargetPosition:
     case Role::kTargetVelocity:
-    case Role::kTargetTorque: {
+    case Role::kTargetTorque:
+    case Role::kTargetSpeed: {
       const std::size_t i = static_cast<std::size_t>(role) - static_cast<std::size_t>(Role::kTargetPosition);
       if (download && !now_.target_mapped[i]) now_.target[i] = value;
       return;
@@ -156,6 +161,7 @@ void AxisWatch::TakeControl(std::int64_t word, const FrameRef& frame) {
 
 void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   status_seen_ = true;
+  status_frame_ = frame.number;
   words_changed_ = words_changed_ || now_.status != static_cast<std::uint16_t>(word);
   now_.status = static_cast<std::uint16_t>(word);
   seen_in_op_ = seen_in_op_ || now_.in_op == InOp::kYes;
@@ -166,8 +172,7 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
     now_.state_changed = true;
     now_.state_before = last_state_;
     now_.state_since = frame;
-    const bool asked = now_.control && (*now_.control & kEnableWord) != kEnableWord;
-    if (last_state_ == DriveState::kOperationEnabled) lost_unasked_ = !asked;
+    if (last_state_ == DriveState::kOperationEnabled) lost_unasked_ = !AsksToStop();
     last_state_ = now_.state;
   }
   if (IsFault(now_.state)) {
@@ -178,6 +183,7 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   if (now_.Status(kVoltageBit)) {
     voltage_.Begin(frame);
   } else {
+    if (voltage_.holds()) voltage_lost_unasked_ = now_.Control(kEnableOperationBit) && !AsksToStop();
     voltage_.End(frame);
   }
   if (now_.enabled()) {
@@ -186,6 +192,10 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   } else {
     enabled_.End(frame);
   }
+}
+
+bool AxisWatch::AsksToStop() const {
+  return now_.leaving || (now_.control && (*now_.control & kEnableWord) != kEnableWord);
 }
 
 void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
@@ -202,7 +212,7 @@ void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
     now_.mode_since = frame;
     now_.mode_seen_to_change = before.has_value();
   }
-  const auto asked = now_.mode_mapped.value_or(0) != 0 ? now_.mode_mapped : now_.mode_by_sdo;
+  const auto asked = now_.mode_asked();
   const bool shown = now_.mode_shown && *now_.mode_shown != 0 && (!asked || asked == now_.mode_shown);
   if (shown) {
     mode_.Begin(frame);
@@ -215,7 +225,11 @@ void AxisWatch::Step(const FrameRef& frame) {
   now_.frame = frame;
   if (drive_ != nullptr) {
     if (words_changed_ || enable_.active()) enable_.Step(now_, records_);
-    if (words_changed_ || command_.active() || !command_.settled()) command_.Step(now_, records_);
+    if (words_changed_ || command_.active() || !command_.settled()) {
+      command_.Step(now_, records_);
+    } else {
+      command_.GoesOn(frame);
+    }
     setpoint_.Step(now_, records_);
     follow_.Step(now_, records_);
   }

@@ -32,6 +32,7 @@ struct SlaveSide {
   InOp in_op = InOp::kUnknown;
   bool op_requested = false;
   bool began = false;
+  bool leaving = false;  ///< what the master requested last is a state below OP
 
   friend bool operator==(const SlaveSide&, const SlaveSide&) = default;
 };
@@ -80,6 +81,8 @@ class AxisWatch {
   [[nodiscard]] const Span& enabled() const { return enabled_; }
   [[nodiscard]] const Span& mode() const { return mode_; }
   [[nodiscard]] bool lost_unasked() const { return lost_unasked_; }
+  [[nodiscard]] bool voltage_lost_unasked() const { return voltage_lost_unasked_; }
+  [[nodiscard]] FrameNo status_frame() const { return status_frame_; }  ///< of the newest status word
   [[nodiscard]] std::optional<std::uint16_t> error_code() const { return error_code_; }
 
  private:
@@ -88,6 +91,8 @@ class AxisWatch {
   void FollowShown(std::int64_t value, bool download, const FrameRef& frame);
   void TakeControl(std::int64_t word, const FrameRef& frame);
   void TakeStatus(std::int64_t word, const FrameRef& frame);
+  /// The control word does not ask for Operation enabled, or the master takes the slave out of OP.
+  [[nodiscard]] bool AsksToStop() const;
   void TakeModes(const AxisValues& values, const FrameRef& frame);
   void Step(const FrameRef& frame);
 
@@ -105,7 +110,8 @@ class AxisWatch {
   FrameNo last_outputs_ = 0, last_inputs_ = 0;
   std::optional<device::DriveState> last_state_;
   std::optional<std::uint16_t> error_code_;
-  bool lost_unasked_ = false;
+  bool lost_unasked_ = false, voltage_lost_unasked_ = false;
+  FrameNo status_frame_ = 0;
   Span without_fault_, voltage_, enabled_, mode_;
   EnableCheck enable_;
   CommandCheck command_;

@@ -7,6 +7,8 @@
 namespace ecaudit::progress {
 namespace {
 
+constexpr std::string_view kAxisRules = "drive-";
+
 /// Whether "0-3, 7" names it.
 bool Names(std::string_view positions, SlavePos position) {
   const char* at = positions.data();
@@ -31,6 +33,19 @@ bool IsAbout(const Finding& finding, const SlaveSummary& slave) {
   return Names(finding.affected.positions, slave.position);
 }
 
+/// Others are about the slave with all its axes.
+bool IsAboutAxis(const Finding& finding) {
+  return finding.rule.substr(0, kAxisRules.size()) == kAxisRules;
+}
+
+/// What a slave does and what its drive shows reach the master some cycles apart.
+bool IsOverBefore(const Finding& finding, const FrameRef& moment) {
+  constexpr TimeNs kApartNs = 500'000'000;
+  const FrameRef& last = finding.last.seen() ? finding.last : finding.first;
+  if (!moment.seen() || !last.seen() || last.number >= moment.number) return false;
+  return !last.has_time || !moment.has_time || Elapsed(last.time, moment.time) > kApartNs;
+}
+
 }  // namespace
 
 FindingIndex RootOf(const AnalysisResult& result, FindingIndex finding) {
@@ -43,15 +58,18 @@ FindingIndex RootOf(const AnalysisResult& result, FindingIndex finding) {
 }
 
 FindingIndex HolderOf(const AnalysisResult& result, const SlaveSummary& slave,
-                      std::initializer_list<std::string_view> rules, int axis) {
+                      std::initializer_list<std::string_view> rules, const Holding& holding) {
+  FindingIndex holder = kNoFinding;
   for (FindingIndex i = 0; i < result.findings.size(); ++i) {
     const Finding& finding = result.findings[i];
     if (finding.severity == Severity::kInfo || !IsAbout(finding, slave)) continue;
-    if (axis >= 0 && finding.axis != axis) continue;
     if (std::find(rules.begin(), rules.end(), finding.rule) == rules.end()) continue;
-    return RootOf(result, i);
+    if (holding.axis >= 0 && IsAboutAxis(finding) && finding.axis != holding.axis) continue;
+    if (IsOverBefore(finding, holding.lost)) continue;
+    if (holding.first == 0 || finding.first.number == holding.first) return RootOf(result, i);
+    if (holder == kNoFinding) holder = RootOf(result, i);
   }
-  return kNoFinding;
+  return holder;
 }
 
 namespace {
@@ -69,6 +87,8 @@ void Mark(const Ladder& ladder, AnalysisResult& result) {
     if (std::find(kRungsOfWarnings.begin(), kRungsOfWarnings.end(), rung.rung->code) == kRungsOfWarnings.end())
       continue;
     Finding& finding = result.findings[rung.held_by];
+    // What rests on an assumption is reported, and decides nothing.
+    if (finding.confidence == Confidence::kInferred) continue;
     if (finding.holds.empty() && !finding.severity_is_chosen) finding.holds = rung.rung->code;
   }
 }

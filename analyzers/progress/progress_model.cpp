@@ -54,6 +54,7 @@ SlaveSide ProgressModel::SideOf(SlaveId slave) const {
   if (slave < slaves_.size()) {
     side.op_requested = slaves_[slave].op_requested;
     side.began = slaves_[slave].began;
+    side.leaving = slaves_[slave].leaving;
   }
   return side;
 }
@@ -121,7 +122,6 @@ void ProgressModel::On(const mailbox::SdoTransfer& transfer) {
     const bool word = role->second == Role::kControl || role->second == Role::kStatus;
     // Other devices have other objects at these indices.
     if (word && transfer.data.size() != 2) return;
-    if (axes_.find({transfer.slave, role->first}) == axes_.end() && !word) return;
     if (AxisWatch* const watch = Watch(transfer.slave, role->first)) {
       watch->OnSdo(role->second, value, download, frame, SideOf(transfer.slave));
     }
@@ -144,10 +144,12 @@ void ProgressModel::On(const track::AlRequest& request) {
   Slave& slave = Get(request.slave);
   if (target == static_cast<std::uint8_t>(esc::AlState::OP)) {
     slave.op_requested = true;
+    slave.leaving = false;
     if (!model_.slave(request.slave).al.SettledIn(esc::AlState::OP)) slave.began = true;
     return;
   }
   slave.began = true;
+  slave.leaving = true;
   if (target == static_cast<std::uint8_t>(esc::AlState::INIT)) {
     slave.op_requested = false;
     ForgetSlave(request.slave);

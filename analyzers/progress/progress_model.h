@@ -47,7 +47,8 @@ class ProgressModel {
   /// What is known of a slave besides its model.
   struct Slave {
     bool op_requested = false;
-    bool began = false;  ///< its way to OP was seen in this run
+    bool began = false;    ///< its way to OP was seen in this run
+    bool leaving = false;  ///< what the master requested last is a state below OP
   };
   /// One part of the process image that holds words of axes.
   struct Part {

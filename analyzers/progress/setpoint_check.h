@@ -1,7 +1,10 @@
 /// in: an axis, moment by moment.  out: targets that no drive can follow: jumps, echoes of the actual value, limits.
 ///
-/// A jump is reported only with what came of it: the axis runs after it, or a fault or following error. A target that was
-/// 0 and stays so where nothing moves may be one that the drive does not use.
+/// An echo shows where the step of the actual value changes, at the latest when it begins to move: while both move by
+/// equal steps the actual value may just be ahead.
+///
+/// A jump is reported only with what came of it: the axis runs after it, or a fault or following error. A target that
+/// was 0 and stays so where nothing moves may be one that the drive does not use.
 #pragma once
 
 #include <array>
@@ -32,6 +35,7 @@ class SetpointCheck {
   void AtEnable(const AxisView& now, AxisRecords& out);
   void InOperation(const AxisView& now, AxisRecords& out);
   void Echo(const AxisView& now, AxisRecords& out);
+  [[nodiscard]] bool Varies(std::size_t at) const;  ///< as the target repeats the value of `at`
   void Limits(const AxisView& now, AxisRecords& out);
 
   std::optional<std::int8_t> mode_;
@@ -44,8 +48,10 @@ class SetpointCheck {
   std::optional<AxisRecord> outlier_;
   std::uint32_t cycles_after_ = 0;
   // Echo.
-  std::array<std::optional<std::int64_t>, 3> actuals_;  ///< newest first
+  std::array<std::optional<std::int64_t>, 4> actuals_;  ///< of the steps before, newest first
+  std::optional<std::int64_t> echo_target_;             ///< of the step before
   std::uint64_t echoes_ = 0;
+  std::uint64_t varied_ = 0;  ///< times that it repeated a step that differs from the one before
   std::int64_t echo_from_ = 0;
   FrameRef echo_since_;
   bool echo_told_ = false;
