@@ -15,7 +15,7 @@ constexpr std::uint32_t kCyclesAfter = 3;
 constexpr TimeNs kReactionNs = 500'000'000;
 constexpr TimeNs kEchoNs = 500'000'000;
 constexpr std::uint64_t kEchoes = 50;
-constexpr std::uint64_t kVaried = 1;
+constexpr std::int64_t kOtherSpeed = 2;  ///< between steps in whole increments
 constexpr TimeNs kOutsideNs = 100'000'000;
 
 }  // namespace
@@ -33,8 +33,9 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
     step_count_ = 0;
     last_target_.reset();
     outlier_.reset();
-    echoes_ = varied_ = 0;
-    echo_target_.reset();
+    echoes_ = 0;
+    leads_ = false;
+    repeats_ = {};
     const std::int64_t distance = cyclic && target && actual ? Apart(*actual, *target) : 0;
     if (Magnitude(distance) >= kLeastJump) {
       jump_ = Jump{now.Record(AxisFact::kJumpAtEnable, now.frame), distance, *target, *actual, *target, 0};
@@ -131,21 +132,21 @@ void SetpointCheck::Echo(const AxisView& now, AxisRecords& out) {
   const auto& target = now.Target(Quantity::kPosition);
   const auto& actual = now.Actual(Quantity::kPosition);
   if (!target || !actual) return;
-  const bool is_echo = (actuals_[1] == target || actuals_[0] == target);
+  const bool is_echo = actuals_[1] == target || actuals_[0] == target;
   const bool ahead = actual == target;
+  const bool leads = Leads(*target);
   if (!is_echo) {
-    echoes_ = varied_ = 0;
-    echo_told_ = false;
+    echoes_ = 0;
+    leads_ = echo_told_ = false;
   } else {
-    if (Varies(actuals_[0] == target ? 0 : 1)) ++varied_;
+    leads_ = leads_ || leads;
     if (actuals_[0] != actual && !ahead && echoes_++ == 0) {
       echo_from_ = *actual;
       echo_since_ = now.frame;
     }
   }
-  echo_target_ = target;
   const std::int64_t travelled = Magnitude(Apart(echo_from_, *actual));
-  if (echo_told_ || echoes_ < kEchoes || varied_ < kVaried || travelled < static_cast<std::int64_t>(kEchoes) ||
+  if (echo_told_ || echoes_ < kEchoes || !leads_ || travelled < static_cast<std::int64_t>(kEchoes) ||
       !echo_since_.has_time || !now.frame.has_time || Elapsed(echo_since_.time, now.frame.time) < kEchoNs) {
     return;
   }
@@ -159,9 +160,22 @@ void SetpointCheck::Echo(const AxisView& now, AxisRecords& out) {
   out.Add(record);
 }
 
-bool SetpointCheck::Varies(std::size_t at) const {
-  if (!actuals_[at + 2] || echo_target_ != actuals_[at + 1]) return false;
-  return Apart(*actuals_[at + 1], *actuals_[at]) != Apart(*actuals_[at + 2], *actuals_[at + 1]);
+/// Whether the actual value changed its speed, and the target did so after it.
+bool SetpointCheck::Leads(std::int64_t target) {
+  bool leads = false;
+  for (std::size_t at = 0; at < repeats_.size(); ++at) {
+    Repeats& repeats = repeats_[at];
+    if (actuals_[at] != target) {
+      repeats = {};
+      continue;
+    }
+    if (++repeats.values == 1) continue;
+    const std::int64_t step = Apart(*actuals_[at + 1], *actuals_[at]);
+    repeats.least = repeats.values == 2 ? step : std::min(repeats.least, step);
+    repeats.most = repeats.values == 2 ? step : std::max(repeats.most, step);
+    leads = leads || repeats.most - repeats.least >= kOtherSpeed;
+  }
+  return leads;
 }
 
 void SetpointCheck::Limits(const AxisView& now, AxisRecords& out) {
