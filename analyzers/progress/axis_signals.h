@@ -53,6 +53,11 @@ struct AxisValues {
     return values[static_cast<std::size_t>(role)];
   }
   [[nodiscard]] std::optional<std::int64_t>& operator[](Role role) { return values[static_cast<std::size_t>(role)]; }
+  void Merge(const AxisValues& other) {
+    for (std::size_t i = 0; i < kRoles; ++i) {
+      if (other.values[i]) values[i] = other.values[i];
+    }
+  }
 };
 
 /// Which axis (0 to 7) an object belongs to, and what it is called in the first one; nothing for objects of the device.

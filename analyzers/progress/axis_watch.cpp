@@ -1,5 +1,7 @@
 #include "analyzers/progress/axis_watch.h"
 
+#include <utility>
+
 namespace ecaudit::progress {
 namespace {
 
@@ -42,10 +44,55 @@ void AxisWatch::Side(const SlaveSide& slave) {
   now_.leaving = slave.leaving;
 }
 
-void AxisWatch::OnOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
+AxisWatch::Checks& AxisWatch::GetChecks() {
+  if (checks_ == nullptr) checks_ = std::make_unique<Checks>();
+  return *checks_;
+}
+
+const AxisWatch::Checks& AxisWatch::OfChecks() const {
+  static const Checks kNone;
+  return checks_ != nullptr ? *checks_ : kNone;
+}
+
+bool AxisWatch::IsWhole(Newest& newest, std::uint64_t part, const FrameRef& frame) {
+  if (frame.number == newest.frame && part != newest.part && collected_ == nullptr) {
+    collected_ = std::make_unique<Collected>();
+  }
+  newest = {frame.number, part};
+  return collected_ == nullptr;
+}
+
+void AxisWatch::OnOutputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave) {
   // The last of cycles that were alike is handled once more.
-  if (frame.number <= last_outputs_) return;
-  last_outputs_ = frame.number;
+  if (frame.number < newest_outputs_.frame || (frame.number == newest_outputs_.frame && part == newest_outputs_.part)) {
+    return;
+  }
+  if (IsWhole(newest_outputs_, part, frame)) return TakeOutputs(values, frame, slave);
+  if (collected_->outputs_frame.seen() && collected_->outputs_frame.number != frame.number) TakeCollected();
+  collected_->outputs.Merge(values);
+  collected_->outputs_frame = frame;
+  collected_->slave = slave;
+}
+
+void AxisWatch::OnInputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave) {
+  if (frame.number < newest_inputs_.frame || (frame.number == newest_inputs_.frame && part == newest_inputs_.part)) {
+    return;
+  }
+  if (IsWhole(newest_inputs_, part, frame)) return TakeInputs(values, frame, slave);
+  if (collected_->inputs_frame.seen() && collected_->inputs_frame.number != frame.number) TakeCollected();
+  collected_->inputs.Merge(values);
+  collected_->inputs_frame = frame;
+  collected_->slave = slave;
+}
+
+void AxisWatch::TakeCollected() {
+  if (collected_ == nullptr) return;
+  const Collected collected = std::exchange(*collected_, {});
+  if (collected.outputs_frame.seen()) TakeOutputs(collected.outputs, collected.outputs_frame, collected.slave);
+  if (collected.inputs_frame.seen()) TakeInputs(collected.inputs, collected.inputs_frame, collected.slave);
+}
+
+void AxisWatch::TakeOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
   Side(slave);
   if (values[Role::kControl]) {
     now_.control_mapped = true;
@@ -74,9 +121,7 @@ void AxisWatch::TakeLimits(const AxisValues& values) {
   }
 }
 
-void AxisWatch::OnInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
-  if (frame.number <= last_inputs_) return;
-  last_inputs_ = frame.number;
+void AxisWatch::TakeInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
   Side(slave);
   if (values[Role::kStatus]) {
     status_mapped_ = true;
@@ -91,12 +136,13 @@ void AxisWatch::OnInputs(const AxisValues& values, const FrameRef& frame, const 
 }
 
 void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameRef& frame, const SlaveSide& slave) {
+  TakeCollected();
   Side(slave);
   switch (role) {
     case Role::kControl:
       if (!download) return;
       if (now_.control_mapped) {
-        enable_.OnSdoControl(now_, static_cast<std::uint16_t>(value), frame);
+        GetChecks().enable.OnSdoControl(now_, static_cast<std::uint16_t>(value), frame);
       } else {
         TakeControl(value, frame);
         Step(frame);
@@ -223,21 +269,24 @@ void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
 
 void AxisWatch::Step(const FrameRef& frame) {
   now_.frame = frame;
-  if (drive_ != nullptr) {
-    if (words_changed_ || enable_.active()) enable_.Step(now_, records_);
-    if (words_changed_ || command_.active() || !command_.settled()) {
-      command_.Step(now_, records_);
+  if (drive_ != nullptr && seen()) {
+    Checks& checks = GetChecks();
+    if (words_changed_ || checks.enable.active()) checks.enable.Step(now_, records_);
+    if (words_changed_ || checks.command.active() || !checks.command.settled()) {
+      checks.command.Step(now_, records_);
     } else {
-      command_.GoesOn(frame);
+      checks.command.GoesOn(frame);
     }
-    setpoint_.Step(now_, records_);
-    follow_.Step(now_, records_);
+    checks.setpoint.Step(now_, records_);
+    checks.follow.Step(now_, records_);
   }
   now_.control_changed = now_.control_first = now_.state_changed = false;
   words_changed_ = outputs_changed_ = false;
 }
 
 void AxisWatch::Forget() {
+  TakeCollected();
+  collected_.reset();
   AxisView fresh;
   fresh.control_mapped = now_.control_mapped;
   fresh.limits = now_.limits;
@@ -245,10 +294,11 @@ void AxisWatch::Forget() {
   now_ = fresh;
   last_state_.reset();
   words_changed_ = true;
-  enable_.Forget();
-  command_.Forget();
-  setpoint_.Forget();
-  follow_.Forget();
+  if (checks_ == nullptr) return;
+  checks_->enable.Forget();
+  checks_->command.Forget();
+  checks_->setpoint.Forget();
+  checks_->follow.Forget();
 }
 
 }  // namespace ecaudit::progress

@@ -180,6 +180,14 @@ TEST(ProgressLadder, ModeThatTheCaptureCutsOffIsUnknown) {
   EXPECT_EQ(WhyOf(AxisOf(result), "mode"), "capture-ends");
 }
 
+TEST(ProgressLadder, DatagramsOfOneFrameAreOneStepOfTheAxis) {
+  for (const char* const name : {"complies-15", "complies-16"}) {
+    const AnalysisResult result = AnalyseRule(std::string("drive-not-following/") + name);
+    EXPECT_EQ(StatusOf(AxisOf(result), "enabled"), "reached") << name;
+    EXPECT_EQ(StatusOf(AxisOf(result), "follows"), "reached") << name;
+  }
+}
+
 TEST(ProgressLadder, InferredFindingDecidesNothing) {
   const AnalysisResult result = AnalyseRule("drive-setpoint-jump/violates-3");
   ASSERT_EQ(result.findings.size(), 1U);
