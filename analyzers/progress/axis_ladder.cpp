@@ -71,15 +71,14 @@ class AxisClimb {
     return HolderOf(result_, slave_, rules, {axis_, lost, first});
   }
 
+  /// What stands at the end: a fault that was reset holds nothing, and after INIT the state of the drive is not known.
   [[nodiscard]] Rung NoFault() const {
     Rung rung = Of(kNoFault);
     const Span& span = watch_.without_fault();
     Take(rung, span);
-    if (!watch_.status_seen()) {
-      rung.why = &kNoStatusWord;
-    } else if (span.holds()) {
+    if (span.holds()) {
       rung.status = RungStatus::kReached;
-    } else if (!span.ever() && !IsFault(watch_.now().state)) {
+    } else if (!IsFault(watch_.now().state)) {
       rung.why = &kNoStatusWord;
     } else {
       rung.status = span.ever() ? RungStatus::kLost : RungStatus::kNotReached;

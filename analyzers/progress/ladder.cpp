@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <vector>
 
 namespace ecaudit::progress {
 namespace {
@@ -87,8 +88,8 @@ void Mark(const Ladder& ladder, AnalysisResult& result) {
     if (std::find(kRungsOfWarnings.begin(), kRungsOfWarnings.end(), rung.rung->code) == kRungsOfWarnings.end())
       continue;
     Finding& finding = result.findings[rung.held_by];
-    // What rests on an assumption is reported, and decides nothing.
-    if (finding.confidence == Confidence::kInferred) continue;
+    // A warning that rests on an assumption is reported, and decides nothing.
+    if (finding.confidence == Confidence::kInferred && finding.severity != Severity::kError) continue;
     if (finding.holds.empty() && !finding.severity_is_chosen) finding.holds = rung.rung->code;
   }
 }
@@ -96,13 +97,18 @@ void Mark(const Ladder& ladder, AnalysisResult& result) {
 }  // namespace
 
 void Climb(const ProgressModel& model, AnalysisResult& result) {
-  for (SlaveSummary& slave : result.slaves) slave.progress = LadderOf(slave, result);
+  std::vector<SlaveSummary*> by_id;
+  for (SlaveSummary& slave : result.slaves) {
+    slave.progress = LadderOf(slave, result);
+    if (slave.id == kNoSlave) continue;
+    if (by_id.size() <= slave.id) by_id.resize(std::size_t{slave.id} + 1);
+    by_id[slave.id] = &slave;
+  }
   model.ForEachAxis([&](SlaveId id, std::uint8_t axis, const AxisWatch& watch) {
-    for (SlaveSummary& slave : result.slaves) {
-      if (slave.id != id) continue;
-      AxisLadder& added = slave.axes.emplace_back(AxisLadder{axis, LadderOf(watch, axis, slave, result)});
-      LoseAbove(slave.progress.rungs.front(), added.ladder);
-    }
+    SlaveSummary* const slave = id < by_id.size() ? by_id[id] : nullptr;
+    if (slave == nullptr) return;
+    AxisLadder& added = slave->axes.emplace_back(AxisLadder{axis, LadderOf(watch, axis, *slave, result)});
+    LoseAbove(slave->progress.rungs.front(), added.ladder);
   });
   for (const SlaveSummary& slave : result.slaves) {
     Mark(slave.progress, result);

@@ -127,6 +127,12 @@ TEST(ProgressLadder, FaultThatWasResetHoldsNothing) {
   for (const Finding& finding : result.findings) EXPECT_EQ(finding.holds, "") << finding.rule;
 }
 
+TEST(ProgressLadder, FaultBeforeInitIsNotKnownToStand) {
+  const AnalysisResult result = AnalyseRule("drive-fault/violates-14");
+  EXPECT_EQ(StatusOf(AxisOf(result), "no-fault"), "unknown");
+  EXPECT_EQ(WhyOf(AxisOf(result), "no-fault"), "no-status-word");
+}
+
 TEST(ProgressLadder, AxisThatFollowsAgainFollows) {
   for (const char* const name : {"violates-12", "violates-13", "violates-14"}) {
     const AnalysisResult result = AnalyseRule(std::string("drive-not-following/") + name);
