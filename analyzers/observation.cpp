@@ -25,6 +25,7 @@ void Observation::Run(capture::FrameSource& source, const PipelineOptions& optio
   pipeline_.Run(source, options);
   if (model_) model_->Finish();
   if (sync_) sync_->Finish();
+  if (progress_) progress_->Finish();
 }
 
 }  // namespace ecaudit

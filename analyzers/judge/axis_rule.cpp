@@ -61,7 +61,11 @@ void AxisRule::ReportOf(SlaveId slave, std::uint8_t number, const progress::Axis
   NameAxis(finding, number);
   const std::uint64_t key =
       AxisKey(number) | static_cast<std::uint64_t>(record.fact) << 8U | static_cast<std::uint64_t>(record.quantity);
-  (void)Report(key, std::move(finding));
+  if (record.healthy || record.solved) {
+    (void)Report(key, Severity::kInfo, std::move(finding));
+  } else {
+    (void)Report(key, std::move(finding));
+  }
 }
 
 /// What the drive itself shows of its fault, from whichever source the capture has.

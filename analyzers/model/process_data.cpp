@@ -380,7 +380,11 @@ void ProcessData::Computation::Name(Signal& signal, Entry& entry) const {
     signal.name = std::move(info.name);
     signal.name_inferred = inferred;
   }
-  if (signal.type == mailbox::DataType::kUnknown) signal.type = info.type;
+  if (signal.type == mailbox::DataType::kUnknown) {
+    signal.type = info.type;
+    signal.type_standard =
+        info.type_source == events::NameSource::kStandard || info.type_source == events::NameSource::kInferred;
+  }
   signal.unit = std::move(info.unit);
   signal.scale = std::move(info.scale);
 }

@@ -43,9 +43,10 @@ struct Signal {
   std::string name;              ///< "Control word"; empty when unknown. May be untrusted text
   bool name_inferred = false;    ///< from another family of the same maker
   mailbox::DataType type = mailbox::DataType::kUnknown;
-  std::string variable;  ///< what the master's configuration (ENI) calls it; empty: nothing. Untrusted text
-  std::string unit;      ///< empty: none, or unknown
-  std::string scale;     ///< "1000:1"; empty: plain number
+  bool type_standard = false;  ///< by a standard or a relative: neither the slave nor its description gives the type
+  std::string variable;        ///< what the master's configuration (ENI) calls it; empty: nothing. Untrusted text
+  std::string unit;            ///< empty: none, or unknown
+  std::string scale;           ///< "1000:1"; empty: plain number
 
   [[nodiscard]] bool gap() const { return index == 0; }
 };

@@ -22,6 +22,12 @@ constexpr Word kModeNotShown{"mode-not-in-capture", "6061h is not in the capture
 constexpr Word kSetpointUnknown{"setpoint-not-in-capture", "the set point of the mode is in no object of CiA 402"};
 constexpr Word kActualUnknown{"actual-not-in-capture", "the actual value is not in the capture"};
 constexpr Word kNotMeasured{"too-short", "the axis did not move far enough to compare"};
+constexpr Word kNoSetpoint{"no-setpoint", "homing has no set point that the actual value could follow"};
+constexpr Word kLimited{"limit-active", "an internal limit is active (bit 11 of the status word)"};
+constexpr Word kCaptureEnds{"capture-ends", "the capture ends before 6061h can follow 6060h"};
+
+/// As drive-mode-not-shown.
+constexpr TimeNs kModeLimitNs = 1'000'000'000;
 
 /// The ladder of one axis, rung by rung; each looks at those below it.
 class AxisClimb {
@@ -47,10 +53,10 @@ class AxisClimb {
     rung.since = span.since;
     rung.until = span.lost;
   }
-  /// The first fact of this rung, or null.
-  [[nodiscard]] const AxisRecord* FactOf(std::string_view rung) const {
+  /// The first fact of this rung that was not over before `reached`, or null.
+  [[nodiscard]] const AxisRecord* FactOf(std::string_view rung, const FrameRef& reached) const {
     for (const AxisRecord& record : watch_.records()) {
-      if (FactRow(record.fact).rung == rung) return &record;
+      if (FactRow(record.fact).rung == rung && !record.healthy && record.last.number >= reached.number) return &record;
     }
     return nullptr;
   }
@@ -58,23 +64,26 @@ class AxisClimb {
     const AxisFactRow& row = FactRow(record.fact);
     rung.why = &row.word;
     rung.held_since = record.since;
-    rung.held_by = HolderOf(result_, slave_, {row.rule}, axis_);
+    rung.held_by = Holder({row.rule}, record.last, record.since.seen() ? record.since.number : record.frame.number);
+  }
+  [[nodiscard]] FindingIndex Holder(std::initializer_list<std::string_view> rules, const FrameRef& lost,
+                                    FrameNo first = 0) const {
+    return HolderOf(result_, slave_, rules, {axis_, lost, first});
   }
 
+  /// What stands at the end: a fault that was reset holds nothing, and after INIT the state of the drive is not known.
   [[nodiscard]] Rung NoFault() const {
     Rung rung = Of(kNoFault);
     const Span& span = watch_.without_fault();
     Take(rung, span);
-    if (!watch_.status_seen()) {
-      rung.why = &kNoStatusWord;
-    } else if (span.holds()) {
+    if (span.holds()) {
       rung.status = RungStatus::kReached;
-    } else if (!span.ever() && !IsFault(watch_.now().state)) {
+    } else if (!IsFault(watch_.now().state)) {
       rung.why = &kNoStatusWord;
     } else {
       rung.status = span.ever() ? RungStatus::kLost : RungStatus::kNotReached;
       rung.why = &kInFault;
-      rung.held_by = HolderOf(result_, slave_, {"drive-fault"}, axis_);
+      rung.held_by = Holder({"drive-fault"}, span.lost);
     }
     return rung;
   }
@@ -90,30 +99,49 @@ class AxisClimb {
       if (!span.ever()) rung.since = watch_.enabled().since;
     } else if (!watch_.enable().wanted()) {
       rung.status = RungStatus::kNotAsked;
+    } else if (span.ever() && !watch_.voltage_lost_unasked() && !AsksToEnable()) {
+      rung.status = RungStatus::kReached;
     } else {
       rung.status = span.ever() ? RungStatus::kLost : RungStatus::kNotReached;
       rung.why = &kVoltageMissing;
-      rung.held_by = HolderOf(result_, slave_, {"drive-not-enabled", "drive-no-reaction"}, axis_);
+      rung.held_by = Holder({"drive-not-enabled", "drive-no-reaction"}, span.lost);
     }
     return rung;
+  }
+
+  /// By the last control word.
+  [[nodiscard]] bool AsksToEnable() const {
+    const AxisView& now = watch_.now();
+    return !now.leaving && now.control && (*now.control & kEnableWord) == kEnableWord;
+  }
+
+  /// Outside OP a drive does not stay enabled, whether or not its status word was read again.
+  [[nodiscard]] const Rung* LeftOp() const {
+    const Rung* const op = slave_.progress.Find("op");
+    return op != nullptr && op->until.seen() && op->until.number > watch_.status_frame() ? op : nullptr;
   }
 
   [[nodiscard]] Rung Enabled() const {
     Rung rung = Of(kEnabled);
     const Span& span = watch_.enabled();
     Take(rung, span);
-    const AxisRecord* const fact = FactOf("enabled");
+    const AxisRecord* const fact = FactOf("enabled", span.lost);
     if (!watch_.status_seen()) {
       rung.why = &kNoStatusWord;
     } else if (span.holds()) {
       rung.status = RungStatus::kReached;
-    } else if (span.ever() && (fact == nullptr || fact->last.number < span.lost.number)) {
+      if (const Rung* const op = LeftOp()) {
+        rung.status = op->status;
+        rung.until = op->until;
+        rung.why = op->why;
+        rung.held_by = op->held_by;
+      }
+    } else if (span.ever() && fact == nullptr) {
       rung.status = watch_.lost_unasked() ? RungStatus::kLost : RungStatus::kReached;
       if (rung.status == RungStatus::kLost) {
         rung.why = &kLeftEnabled;
-        rung.held_by =
-            HolderOf(result_, slave_,
-                     {"drive-fault", "al-unexpected-change", "drive-illegal-state-change", "drive-not-enabled"});
+        rung.held_by = Holder(
+            {"drive-fault", "al-unexpected-change", "drive-illegal-state-change", "drive-not-enabled"}, span.lost);
       }
     } else if (!watch_.enable().wanted()) {
       rung.status = RungStatus::kNotAsked;
@@ -121,8 +149,8 @@ class AxisClimb {
       rung.status = span.ever() ? RungStatus::kLost : RungStatus::kNotReached;
       if (fact != nullptr) Hold(rung, *fact);
       if (rung.held_by == kNoFinding) {
-        rung.held_by = HolderOf(
-            result_, slave_, {"drive-not-enabled", "drive-no-reaction", "drive-illegal-command", "drive-fault"}, axis_);
+        rung.held_by =
+            Holder({"drive-not-enabled", "drive-no-reaction", "drive-illegal-command", "drive-fault"}, span.lost);
       }
     }
     return rung;
@@ -130,14 +158,15 @@ class AxisClimb {
 
   [[nodiscard]] Rung Mode() const {
     Rung rung = Of(kMode);
-    Take(rung, watch_.mode());
+    const Span& span = watch_.mode();
+    Take(rung, span);
     const AxisView& now = watch_.now();
-    const auto asked = now.mode_mapped.value_or(0) != 0 ? now.mode_mapped : now.mode_by_sdo;
-    const AxisRecord* const fact = FactOf("mode");
+    const auto asked = now.mode_asked();
+    const AxisRecord* const fact = FactOf("mode", span.holds() ? span.since : FrameRef{});
     if (fact != nullptr) {
       rung.status = RungStatus::kNotReached;
       Hold(rung, *fact);
-    } else if (watch_.mode().holds()) {
+    } else if (span.holds()) {
       rung.status = RungStatus::kReached;
     } else if (!now.mode_shown) {
       rung.status = asked ? RungStatus::kUnknown : RungStatus::kNotAsked;
@@ -145,18 +174,28 @@ class AxisClimb {
     } else if (asked.value_or(0) == 0) {
       rung.status = RungStatus::kNotAsked;
     } else {
-      rung.status = watch_.mode().ever() ? RungStatus::kLost : RungStatus::kNotReached;
+      rung.held_by = Holder({"drive-mode-not-shown", "drive-unsupported-mode", "pdo-object-type"}, span.lost);
+      if (rung.held_by == kNoFinding && span.ever() && EndsAfter(span.lost)) {
+        rung.why = &kCaptureEnds;  // unknown
+        return rung;
+      }
+      rung.status = span.ever() ? RungStatus::kLost : RungStatus::kNotReached;
       rung.why = &kModeDiffers;
-      rung.held_by = HolderOf(result_, slave_, {"drive-mode-not-shown", "drive-unsupported-mode", "pdo-object-type"});
     }
     return rung;
+  }
+
+  /// The capture is over before the drive had to show the mode.
+  [[nodiscard]] bool EndsAfter(const FrameRef& moment) const {
+    const FrameRef& last = watch_.now().frame;
+    return !moment.has_time || !last.has_time || Elapsed(moment.time, last.time) < kModeLimitNs;
   }
 
   [[nodiscard]] Rung Commanded(const Rung& enabled) const {
     Rung rung = Of(kCommanded);
     const CommandCheck& command = watch_.command();
     rung.since = command.commanded();
-    const AxisRecord* const fact = FactOf("commanded");
+    const AxisRecord* const fact = FactOf("commanded", command.last_commanded());
     if (fact != nullptr) {
       rung.status = RungStatus::kNotReached;
       Hold(rung, *fact);
@@ -175,7 +214,7 @@ class AxisClimb {
 
   [[nodiscard]] Rung Follows(const Rung& enabled, const Rung& commanded) const {
     Rung rung = Of(kFollows);
-    const AxisRecord* const fact = FactOf("follows");
+    const AxisRecord* const fact = FactOf("follows", watch_.follow().followed());
     rung.since = watch_.follow().follows();
     if (fact != nullptr) {
       rung.status = rung.since.seen() ? RungStatus::kLost : RungStatus::kNotReached;
@@ -188,12 +227,19 @@ class AxisClimb {
       rung.status = commanded.status == RungStatus::kUnknown ? RungStatus::kUnknown : RungStatus::kNotAsked;
       rung.why = commanded.status == RungStatus::kUnknown ? commanded.why : nullptr;
     } else {
-      const AxisView& now = watch_.now();
-      const Quantity quantity = now.mode() ? QuantityOf(*now.mode()) : Quantity::kNone;
-      const bool actual = quantity != Quantity::kNone && now.Actual(quantity).has_value();
-      rung.why = actual ? &kNotMeasured : &kActualUnknown;
+      rung.why = &WhyUnknown();
     }
     return rung;
+  }
+  [[nodiscard]] const Word& WhyUnknown() const {
+    const AxisView& now = watch_.now();
+    if (now.mode() == kHoming) return kNoSetpoint;
+    for (const AxisRecord& record : watch_.records()) {
+      if (FactRow(record.fact).rung == "follows" && record.healthy && record.limited) return kLimited;
+    }
+    const Quantity quantity = now.mode() ? QuantityOf(*now.mode()) : Quantity::kNone;
+    const bool actual = quantity != Quantity::kNone && now.Actual(quantity).has_value();
+    return actual ? kNotMeasured : kActualUnknown;
   }
 
   const AxisWatch& watch_;

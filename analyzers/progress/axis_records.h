@@ -27,7 +27,7 @@ enum class AxisFact : std::uint8_t {
   kOverwrittenControl,  ///< a: written by SDO, b: in the process data
   kLocalControl,        ///< bit 9 of the status word is 0: the drive is not controlled over the bus
   kHasty,               ///< a: times that bit 3 rose, b: the longest of them in ns
-  kDropsBack,           ///< a: times that the drive went back to Switch on disabled by itself
+  kDropsBack,           ///< a: times that the drive went back to Switch on disabled by itself; last of these
   // It is enabled, and nothing starts the motion.
   kStartMissing,       ///< a: mode; bit 4 stays 0
   kStartStands,        ///< a: mode; bit 4 stays 1
@@ -41,7 +41,7 @@ enum class AxisFact : std::uint8_t {
   kJumpAtEnable,     ///< a: target, b: actual value, c: largest step of the target after that
   kJumpInOperation,  ///< a: target before, b: target after, c: largest step before
   kTargetEchoes,     ///< a: changes, b: travelled
-  kOutsideLimits,    ///< a: target, b: limit
+  kOutsideLimits,    ///< a: target, b: limit, c: actual value, where it is known
   // It does not follow.
   kFollowingError,  ///< bit 13
   kHomingError,     ///< bit 13 in homing
@@ -49,24 +49,35 @@ enum class AxisFact : std::uint8_t {
   kStandsStill,     ///< a: travel of the target, b: travel of the actual value; velocity: the values
   kWrongWay,        ///< likewise
   kZeroLimit,       ///< likewise; c: a mapped limit that is 0
-  kHomingStands,    ///< homing is started, and the axis neither moves nor reports an end
+  kHomingStands,    ///< homing is started, and the axis neither moves nor reports an end; b: how far it went
   // The process data are read at a wrong place.
   kModeShifted,  ///< a: 6061h by SDO, b: in the process data
 };
 
 /// Which object a fact is about.
-enum class Quantity : std::uint8_t { kNone, kPosition, kVelocity, kTorque };
+enum class Quantity : std::uint8_t {
+  kNone,
+  kPosition,
+  kVelocity,  ///< 60FFh, 606Ch
+  kTorque,
+  kSpeed,  ///< 6042h, 6044h: of the velocity mode (2)
+};
+inline constexpr std::size_t kQuantityCount = 4;
 
 struct AxisRecord {
   AxisFact fact = AxisFact::kNoReaction;
   FrameRef since;  ///< where it began
   FrameRef frame;  ///< where it was certain
-  FrameRef last;   ///< where it was still so, or came again
+  FrameRef last;   ///< where it was still so, or came again: what was reached after that is not held by it
   std::uint64_t count = 1;
   bool inferred = false;  ///< what came before the capture may be the reason
   bool fault = false;     ///< the drive went into a fault, or showed a following error, because of it
   bool constant = false;  ///< kSetpointNotMapped: the set point of the mode is mapped and stays the same
   bool limited = false;   ///< bit 11 of the status word: an internal limit is active
+  bool solved = false;    ///< of enabling: the drive got to Operation enabled after it
+  bool followed = false;  ///< kOutsideLimits: the axis goes there all the same
+  bool healthy = false;   ///< a healthy machine may show the same: an info, and no rung is held by it
+  FrameRef solved_at;     ///< where it was solved first
   std::optional<std::uint16_t> control, status;
   std::optional<device::DriveState> state;
   std::optional<std::int8_t> mode;
@@ -75,15 +86,17 @@ struct AxisRecord {
   std::int64_t a = 0, b = 0, c = 0;
 };
 
-/// The facts of one axis: each once for every episode of its kind, counted.
+/// The facts of one axis, one record for each fact and quantity; more episodes of it are counted.
 class AxisRecords {
  public:
-  /// Adds it, or counts it with the one of the same fact and values.
+  /// Adds it, or counts it with the one of the same fact and quantity.
   void Add(const AxisRecord& record) {
     for (AxisRecord& known : list_) {
       if (known.fact != record.fact || known.quantity != record.quantity) continue;
       ++known.count;
       known.last = record.frame;
+      known.solved = false;
+      known.healthy = known.healthy && record.healthy;
       return;
     }
     list_.push_back(record);
@@ -107,6 +120,24 @@ class AxisRecords {
     if (lasting.Report()) return true;
     Extend(fact, quantity, frame);
     return false;
+  }
+  /// What was waited for came after all: the master knows how to do it, and had its reasons to wait.
+  void Drop(AxisFact fact) {
+    std::erase_if(list_, [fact](const AxisRecord& known) { return known.fact == fact; });
+  }
+  /// The drive got to Operation enabled.
+  void SolveEnabling(const FrameRef& frame) {
+    for (AxisRecord& known : list_) {
+      if (known.fact > AxisFact::kDropsBack || known.solved) continue;
+      known.solved = true;
+      known.solved_at = frame;
+    }
+  }
+  [[nodiscard]] AxisRecord* Find(AxisFact fact) {
+    for (AxisRecord& known : list_) {
+      if (known.fact == fact) return &known;
+    }
+    return nullptr;
   }
   [[nodiscard]] const AxisRecord* Find(AxisFact fact) const {
     for (const AxisRecord& known : list_) {

@@ -18,10 +18,10 @@ struct RoleRow {
 constexpr std::array kRoleRows{
     RoleRow{0x6040, 0, Role::kControl},        RoleRow{0x6060, 0, Role::kMode},
     RoleRow{0x607A, 0, Role::kTargetPosition}, RoleRow{0x60C1, 1, Role::kTargetPosition},
-    RoleRow{0x60FF, 0, Role::kTargetVelocity}, RoleRow{0x6042, 0, Role::kTargetVelocity},
+    RoleRow{0x60FF, 0, Role::kTargetVelocity}, RoleRow{0x6042, 0, Role::kTargetSpeed},
     RoleRow{0x6071, 0, Role::kTargetTorque},   RoleRow{0x6041, 0, Role::kStatus},
     RoleRow{0x6061, 0, Role::kModeShown},      RoleRow{0x6064, 0, Role::kPosition},
-    RoleRow{0x606C, 0, Role::kVelocity},       RoleRow{0x6044, 0, Role::kVelocity},
+    RoleRow{0x606C, 0, Role::kVelocity},       RoleRow{0x6044, 0, Role::kSpeed},
     RoleRow{0x6077, 0, Role::kTorque},         RoleRow{0x603F, 0, Role::kErrorCode},
     RoleRow{0x6072, 0, Role::kMaxTorque},      RoleRow{0x60E0, 0, Role::kPositiveTorque},
     RoleRow{0x60E1, 0, Role::kNegativeTorque}, RoleRow{0x607F, 0, Role::kMaxVelocity},

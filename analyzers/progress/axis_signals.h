@@ -18,13 +18,15 @@ enum class Role : std::uint8_t {
   kControl,         ///< 6040h
   kMode,            ///< 6060h
   kTargetPosition,  ///< 607Ah, 60C1h:1
-  kTargetVelocity,  ///< 60FFh, 6042h
+  kTargetVelocity,  ///< 60FFh
   kTargetTorque,    ///< 6071h
+  kTargetSpeed,     ///< 6042h, of the velocity mode (2): another unit than 60FFh
   kStatus,          ///< 6041h
   kModeShown,       ///< 6061h
   kPosition,        ///< 6064h
-  kVelocity,        ///< 606Ch, 6044h
+  kVelocity,        ///< 606Ch, in the unit of 60FFh
   kTorque,          ///< 6077h
+  kSpeed,           ///< 6044h, in the unit of 6042h
   kErrorCode,       ///< 603Fh
   // Limits in the outputs: where they are 0 the axis cannot move.
   kMaxTorque,       ///< 6072h
@@ -35,7 +37,7 @@ enum class Role : std::uint8_t {
   kProfileSpeed,    ///< 6081h, of profile position
   kAcceleration,    ///< 6083h, of profile modes
 };
-inline constexpr std::size_t kRoles = 18;
+inline constexpr std::size_t kRoles = 20;
 inline constexpr std::array kLimitRoles{Role::kMaxTorque,   Role::kPositiveTorque, Role::kNegativeTorque,
                                         Role::kMaxVelocity, Role::kMaxMotorSpeed,  Role::kProfileSpeed,
                                         Role::kAcceleration};
@@ -51,6 +53,11 @@ struct AxisValues {
     return values[static_cast<std::size_t>(role)];
   }
   [[nodiscard]] std::optional<std::int64_t>& operator[](Role role) { return values[static_cast<std::size_t>(role)]; }
+  void Merge(const AxisValues& other) {
+    for (std::size_t i = 0; i < kRoles; ++i) {
+      if (other.values[i]) values[i] = other.values[i];
+    }
+  }
 };
 
 /// Which axis (0 to 7) an object belongs to, and what it is called in the first one; nothing for objects of the device.

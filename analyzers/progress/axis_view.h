@@ -40,13 +40,14 @@ struct AxisView {
   FrameRef mode_since;                     ///< of mode()
   bool mode_seen_to_change = false;        ///< to mode(), in the capture
 
-  std::array<std::optional<std::int64_t>, 3> target, actual;  ///< by Quantity, position first
-  std::array<bool, 3> target_mapped{};
+  std::array<std::optional<std::int64_t>, kQuantityCount> target, actual;  ///< by Quantity, position first
+  std::array<bool, kQuantityCount> target_mapped{};
   SoftwareLimits limits;
   std::uint16_t zero_limit = 0;  ///< an object in the outputs that limits the motion and is 0; 0: none
 
   InOp in_op = InOp::kUnknown;
   bool op_requested = false;  ///< in this run
+  bool leaving = false;       ///< what the master requested last is a state below OP
   bool began = false;         ///< this run was seen from before OP on
 
   [[nodiscard]] bool enabled() const { return state == device::DriveState::kOperationEnabled; }
@@ -55,10 +56,14 @@ struct AxisView {
   [[nodiscard]] bool Rises(unsigned bit) const {
     return control_changed && Control(bit) && (control_before >> bit & 1U) == 0;
   }
+  /// The mode that the master selects. 0 in the process data selects none.
+  [[nodiscard]] std::optional<std::int8_t> mode_asked() const {
+    return mode_mapped.value_or(0) != 0 ? mode_mapped : mode_by_sdo;
+  }
   /// The mode that the drive works in; nothing where neither 6061h nor 6060h reports it.
   [[nodiscard]] std::optional<std::int8_t> mode() const {
     if (mode_shown) return mode_shown;
-    return mode_mapped ? mode_mapped : mode_by_sdo;
+    return mode_asked() ? mode_asked() : mode_mapped;
   }
   [[nodiscard]] const std::optional<std::int64_t>& Target(Quantity quantity) const {
     return target[static_cast<std::size_t>(quantity) - 1];
@@ -98,6 +103,8 @@ inline constexpr unsigned kAcknowledgeBit = 12;  ///< profile position
 inline constexpr unsigned kErrorBit = 13;        ///< following error, homing error
 
 inline constexpr std::uint16_t kEnableWord = 0x000F;
+/// Of the velocity mode (2): let the ramp run, unlock it, use the reference.
+inline constexpr std::uint16_t kRampBits = 0x0070;
 
 inline constexpr std::int8_t kProfilePosition = 1;
 inline constexpr std::int8_t kVelocityMode = 2;
@@ -118,11 +125,21 @@ inline constexpr std::int8_t kCyclicTorque = 10;
   return static_cast<std::int32_t>(
       WrappingDifference(static_cast<std::uint32_t>(to), static_cast<std::uint32_t>(from)));
 }
-/// Without its sign. At most 2^48, so that multiples of it are numbers too: a capture may hold any value.
-[[nodiscard]] constexpr std::int64_t Magnitude(std::int64_t value) {
+/// At most 2^48 and not less than -2^48, so that differences and multiples of it are numbers too: a capture may hold
+/// any value.
+[[nodiscard]] constexpr std::int64_t Bounded(std::int64_t value) {
   constexpr std::int64_t kMost = std::int64_t{1} << 48U;
-  if (value < -kMost || value > kMost) return kMost;
-  return value < 0 ? -value : value;
+  return value < -kMost ? -kMost : value > kMost ? kMost : value;
+}
+/// Without its sign, and bounded.
+[[nodiscard]] constexpr std::int64_t Magnitude(std::int64_t value) {
+  const std::int64_t bounded = Bounded(value);
+  return bounded < 0 ? -bounded : bounded;
+}
+/// A step of the target from where it was to the actual value: nothing is left to move.
+[[nodiscard]] constexpr bool StepsToActual(std::int64_t before, std::int64_t target, std::int64_t actual) {
+  constexpr std::int64_t kShareOfStep = 20;
+  return Magnitude(Apart(target, actual)) * kShareOfStep < Magnitude(Apart(before, target));
 }
 
 /// What the set point of a mode is; kNone: none (homing), or the mode is of the manufacturer.
@@ -133,6 +150,7 @@ inline constexpr std::int8_t kCyclicTorque = 10;
     case kCyclicPosition:
       return Quantity::kPosition;
     case kVelocityMode:
+      return Quantity::kSpeed;
     case kProfileVelocity:
     case kCyclicVelocity:
       return Quantity::kVelocity;

@@ -1,12 +1,16 @@
 #include "analyzers/progress/axis_watch.h"
 
+#include <utility>
+
 namespace ecaudit::progress {
 namespace {
 
 using device::DriveState;
 
-constexpr std::array kTargets{Role::kTargetPosition, Role::kTargetVelocity, Role::kTargetTorque};
-constexpr std::array kActuals{Role::kPosition, Role::kVelocity, Role::kTorque};
+// In the order of Quantity.
+constexpr std::array kTargets{Role::kTargetPosition, Role::kTargetVelocity, Role::kTargetTorque, Role::kTargetSpeed};
+constexpr std::array kActuals{Role::kPosition, Role::kVelocity, Role::kTorque, Role::kSpeed};
+static_assert(kTargets.size() == kQuantityCount && kActuals.size() == kQuantityCount);
 
 }  // namespace
 
@@ -30,18 +34,65 @@ void AxisWatch::NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16
 }
 
 void AxisWatch::Side(const SlaveSide& slave) {
-  if (now_.in_op != slave.in_op || now_.op_requested != slave.op_requested || now_.began != slave.began) {
+  if (now_.in_op != slave.in_op || now_.op_requested != slave.op_requested || now_.began != slave.began ||
+      now_.leaving != slave.leaving) {
     words_changed_ = true;
   }
   now_.in_op = slave.in_op;
   now_.op_requested = slave.op_requested;
   now_.began = slave.began;
+  now_.leaving = slave.leaving;
 }
 
-void AxisWatch::OnOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
+AxisWatch::Checks& AxisWatch::GetChecks() {
+  if (checks_ == nullptr) checks_ = std::make_unique<Checks>();
+  return *checks_;
+}
+
+const AxisWatch::Checks& AxisWatch::OfChecks() const {
+  static const Checks kNone;
+  return checks_ != nullptr ? *checks_ : kNone;
+}
+
+bool AxisWatch::IsWhole(Newest& newest, std::uint64_t part, const FrameRef& frame) {
+  if (frame.number == newest.frame && part != newest.part && collected_ == nullptr) {
+    collected_ = std::make_unique<Collected>();
+  }
+  newest = {frame.number, part};
+  return collected_ == nullptr;
+}
+
+void AxisWatch::OnOutputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave) {
   // The last of cycles that were alike is handled once more.
-  if (frame.number <= last_outputs_) return;
-  last_outputs_ = frame.number;
+  if (frame.number < newest_outputs_.frame || (frame.number == newest_outputs_.frame && part == newest_outputs_.part)) {
+    return;
+  }
+  if (IsWhole(newest_outputs_, part, frame)) return TakeOutputs(values, frame, slave);
+  if (collected_->outputs_frame.seen() && collected_->outputs_frame.number != frame.number) TakeCollected();
+  collected_->outputs.Merge(values);
+  collected_->outputs_frame = frame;
+  collected_->slave = slave;
+}
+
+void AxisWatch::OnInputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave) {
+  if (frame.number < newest_inputs_.frame || (frame.number == newest_inputs_.frame && part == newest_inputs_.part)) {
+    return;
+  }
+  if (IsWhole(newest_inputs_, part, frame)) return TakeInputs(values, frame, slave);
+  if (collected_->inputs_frame.seen() && collected_->inputs_frame.number != frame.number) TakeCollected();
+  collected_->inputs.Merge(values);
+  collected_->inputs_frame = frame;
+  collected_->slave = slave;
+}
+
+void AxisWatch::TakeCollected() {
+  if (collected_ == nullptr) return;
+  const Collected collected = std::exchange(*collected_, {});
+  if (collected.outputs_frame.seen()) TakeOutputs(collected.outputs, collected.outputs_frame, collected.slave);
+  if (collected.inputs_frame.seen()) TakeInputs(collected.inputs, collected.inputs_frame, collected.slave);
+}
+
+void AxisWatch::TakeOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
   Side(slave);
   if (values[Role::kControl]) {
     now_.control_mapped = true;
@@ -70,9 +121,7 @@ void AxisWatch::TakeLimits(const AxisValues& values) {
   }
 }
 
-void AxisWatch::OnInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
-  if (frame.number <= last_inputs_) return;
-  last_inputs_ = frame.number;
+void AxisWatch::TakeInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
   Side(slave);
   if (values[Role::kStatus]) {
     status_mapped_ = true;
@@ -87,12 +136,13 @@ void AxisWatch::OnInputs(const AxisValues& values, const FrameRef& frame, const 
 }
 
 void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameRef& frame, const SlaveSide& slave) {
+  TakeCollected();
   Side(slave);
   switch (role) {
     case Role::kControl:
       if (!download) return;
       if (now_.control_mapped) {
-        enable_.OnSdoControl(now_, static_cast<std::uint16_t>(value), frame);
+        GetChecks().enable.OnSdoControl(now_, static_cast<std::uint16_t>(value), frame);
       } else {
         TakeControl(value, frame);
         Step(frame);
@@ -113,7 +163,8 @@ void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameR
       return;
     case Role::kTargetPosition:
     case Role::kTargetVelocity:
-    case Role::kTargetTorque: {
+    case Role::kTargetTorque:
+    case Role::kTargetSpeed: {
       const std::size_t i = static_cast<std::size_t>(role) - static_cast<std::size_t>(Role::kTargetPosition);
       if (download && !now_.target_mapped[i]) now_.target[i] = value;
       return;
@@ -156,6 +207,7 @@ void AxisWatch::TakeControl(std::int64_t word, const FrameRef& frame) {
 
 void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   status_seen_ = true;
+  status_frame_ = frame.number;
   words_changed_ = words_changed_ || now_.status != static_cast<std::uint16_t>(word);
   now_.status = static_cast<std::uint16_t>(word);
   seen_in_op_ = seen_in_op_ || now_.in_op == InOp::kYes;
@@ -166,8 +218,7 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
     now_.state_changed = true;
     now_.state_before = last_state_;
     now_.state_since = frame;
-    const bool asked = now_.control && (*now_.control & kEnableWord) != kEnableWord;
-    if (last_state_ == DriveState::kOperationEnabled) lost_unasked_ = !asked;
+    if (last_state_ == DriveState::kOperationEnabled) lost_unasked_ = !AsksToStop();
     last_state_ = now_.state;
   }
   if (IsFault(now_.state)) {
@@ -178,6 +229,7 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   if (now_.Status(kVoltageBit)) {
     voltage_.Begin(frame);
   } else {
+    if (voltage_.holds()) voltage_lost_unasked_ = now_.Control(kEnableOperationBit) && !AsksToStop();
     voltage_.End(frame);
   }
   if (now_.enabled()) {
@@ -186,6 +238,10 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   } else {
     enabled_.End(frame);
   }
+}
+
+bool AxisWatch::AsksToStop() const {
+  return now_.leaving || (now_.control && (*now_.control & kEnableWord) != kEnableWord);
 }
 
 void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
@@ -202,7 +258,7 @@ void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
     now_.mode_since = frame;
     now_.mode_seen_to_change = before.has_value();
   }
-  const auto asked = now_.mode_mapped.value_or(0) != 0 ? now_.mode_mapped : now_.mode_by_sdo;
+  const auto asked = now_.mode_asked();
   const bool shown = now_.mode_shown && *now_.mode_shown != 0 && (!asked || asked == now_.mode_shown);
   if (shown) {
     mode_.Begin(frame);
@@ -213,17 +269,24 @@ void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
 
 void AxisWatch::Step(const FrameRef& frame) {
   now_.frame = frame;
-  if (drive_ != nullptr) {
-    if (words_changed_ || enable_.active()) enable_.Step(now_, records_);
-    if (words_changed_ || command_.active() || !command_.settled()) command_.Step(now_, records_);
-    setpoint_.Step(now_, records_);
-    follow_.Step(now_, records_);
+  if (drive_ != nullptr && seen()) {
+    Checks& checks = GetChecks();
+    if (words_changed_ || checks.enable.active()) checks.enable.Step(now_, records_);
+    if (words_changed_ || checks.command.active() || !checks.command.settled()) {
+      checks.command.Step(now_, records_);
+    } else {
+      checks.command.GoesOn(frame);
+    }
+    checks.setpoint.Step(now_, records_);
+    checks.follow.Step(now_, records_);
   }
   now_.control_changed = now_.control_first = now_.state_changed = false;
   words_changed_ = outputs_changed_ = false;
 }
 
 void AxisWatch::Forget() {
+  TakeCollected();
+  collected_.reset();
   AxisView fresh;
   fresh.control_mapped = now_.control_mapped;
   fresh.limits = now_.limits;
@@ -231,10 +294,11 @@ void AxisWatch::Forget() {
   now_ = fresh;
   last_state_.reset();
   words_changed_ = true;
-  enable_.Forget();
-  command_.Forget();
-  setpoint_.Forget();
-  follow_.Forget();
+  if (checks_ == nullptr) return;
+  checks_->enable.Forget();
+  checks_->command.Forget();
+  checks_->setpoint.Forget();
+  checks_->follow.Forget();
 }
 
 }  // namespace ecaudit::progress

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 #include "analyzers/progress/axis_signals.h"
 #include "analyzers/progress/axis_view.h"
@@ -32,6 +33,7 @@ struct SlaveSide {
   InOp in_op = InOp::kUnknown;
   bool op_requested = false;
   bool began = false;
+  bool leaving = false;  ///< what the master requested last is a state below OP
 
   friend bool operator==(const SlaveSide&, const SlaveSide&) = default;
 };
@@ -40,24 +42,26 @@ class AxisWatch {
  public:
   void SetDrive(const device::DriveProfile* drive);
 
-  void OnOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave);
-  void OnInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave);
+  /// @param part  which part of the process image: an axis may lie in several, and one frame may bring them all
+  void OnOutputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave);
+  void OnInputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave);
   /// A completed transfer of an object with a role.
   void OnSdo(Role role, std::int64_t value, bool download, const FrameRef& frame, const SlaveSide& slave);
   void SetLimit(bool most, std::int64_t value) { (most ? now_.limits.most : now_.limits.least) = value; }
   /// Frames are missing, or the bus starts again: what lasts starts again.
   void Forget();
+  /// The capture is over.
+  void Finish() { TakeCollected(); }
 
   /// The same values again would change nothing.
   [[nodiscard]] bool still() const {
-    return !outputs_changed_ && !words_changed_ && !enable_.active() && !command_.active() && !setpoint_.active() &&
-           !follow_.active();
+    return !outputs_changed_ && !words_changed_ && collected_ == nullptr && (checks_ == nullptr || !checks_->active());
   }
   [[nodiscard]] const AxisView& now() const { return now_; }
   [[nodiscard]] const AxisRecords& records() const { return records_; }
-  [[nodiscard]] const EnableCheck& enable() const { return enable_; }
-  [[nodiscard]] const CommandCheck& command() const { return command_; }
-  [[nodiscard]] const FollowCheck& follow() const { return follow_; }
+  [[nodiscard]] const EnableCheck& enable() const { return OfChecks().enable; }
+  [[nodiscard]] const CommandCheck& command() const { return OfChecks().command; }
+  [[nodiscard]] const FollowCheck& follow() const { return OfChecks().follow; }
   /// A control or status word was seen.
   [[nodiscard]] bool seen() const { return control_seen_ || status_seen_; }
   [[nodiscard]] bool control_seen() const { return control_seen_; }
@@ -80,14 +84,46 @@ class AxisWatch {
   [[nodiscard]] const Span& enabled() const { return enabled_; }
   [[nodiscard]] const Span& mode() const { return mode_; }
   [[nodiscard]] bool lost_unasked() const { return lost_unasked_; }
+  [[nodiscard]] bool voltage_lost_unasked() const { return voltage_lost_unasked_; }
+  [[nodiscard]] FrameNo status_frame() const { return status_frame_; }  ///< of the newest status word
   [[nodiscard]] std::optional<std::uint16_t> error_code() const { return error_code_; }
 
  private:
+  struct Checks {
+    EnableCheck enable;
+    CommandCheck command;
+    SetpointCheck setpoint;
+    FollowCheck follow;
+    [[nodiscard]] bool active() const {
+      return enable.active() || command.active() || setpoint.active() || follow.active();
+    }
+  };
+  /// What one frame brings of an axis in several parts, until another frame comes: its values belong together.
+  struct Collected {
+    AxisValues outputs, inputs;
+    FrameRef outputs_frame, inputs_frame;
+    SlaveSide slave;
+  };
+  /// The newest frame of one direction.
+  struct Newest {
+    FrameNo frame = 0;
+    std::uint64_t part = 0;
+  };
+
+  /// @return whether the values are to be taken at once
+  [[nodiscard]] bool IsWhole(Newest& newest, std::uint64_t part, const FrameRef& frame);
+  void TakeCollected();
+  void TakeOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave);
+  void TakeInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave);
+  [[nodiscard]] Checks& GetChecks();
+  [[nodiscard]] const Checks& OfChecks() const;
   void Side(const SlaveSide& slave);
   void TakeLimits(const AxisValues& values);
   void FollowShown(std::int64_t value, bool download, const FrameRef& frame);
   void TakeControl(std::int64_t word, const FrameRef& frame);
   void TakeStatus(std::int64_t word, const FrameRef& frame);
+  /// The control word does not ask for Operation enabled, or the master takes the slave out of OP.
+  [[nodiscard]] bool AsksToStop() const;
   void TakeModes(const AxisValues& values, const FrameRef& frame);
   void Step(const FrameRef& frame);
 
@@ -102,15 +138,14 @@ class AxisWatch {
   bool outputs_changed_ = false;  ///< since the last step
   bool words_changed_ = true;     ///< control, status, mode, AL state: not only positions
   FrameRef shown_since_;          ///< 6061h of the process data
-  FrameNo last_outputs_ = 0, last_inputs_ = 0;
+  Newest newest_outputs_, newest_inputs_;
+  std::unique_ptr<Collected> collected_;  ///< of an axis in several parts that one frame brings
   std::optional<device::DriveState> last_state_;
   std::optional<std::uint16_t> error_code_;
-  bool lost_unasked_ = false;
+  bool lost_unasked_ = false, voltage_lost_unasked_ = false;
+  FrameNo status_frame_ = 0;
   Span without_fault_, voltage_, enabled_, mode_;
-  EnableCheck enable_;
-  CommandCheck command_;
-  SetpointCheck setpoint_;
-  FollowCheck follow_;
+  std::unique_ptr<Checks> checks_;  ///< null before the first word
   AxisRecords records_;
 };
 

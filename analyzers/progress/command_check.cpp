@@ -1,9 +1,10 @@
 #include "analyzers/progress/command_check.h"
 
+#include <algorithm>
+
 namespace ecaudit::progress {
 namespace {
 
-constexpr std::uint16_t kRampBits = 0x0070;
 constexpr TimeNs kStartNs = 1'000'000'000;
 constexpr TimeNs kHomingNs = 2'000'000'000;
 constexpr TimeNs kAcknowledgeNs = 500'000'000;
@@ -19,11 +20,29 @@ bool HasHalt(std::int8_t mode) {
   return mode == kProfilePosition || mode == kProfileVelocity || mode == kProfileTorque || mode == kHoming;
 }
 
-constexpr std::array kQuantities{Quantity::kPosition, Quantity::kVelocity, Quantity::kTorque};
+/// Such a set point has to come in each cycle: it is not written once by SDO.
+bool IsCyclic(std::int8_t mode) {
+  return mode == kInterpolated || mode == kCyclicPosition || mode == kCyclicVelocity || mode == kCyclicTorque;
+}
+
+bool IsVelocity(Quantity quantity) {
+  return quantity == Quantity::kVelocity || quantity == Quantity::kSpeed;
+}
+
+constexpr std::array kQuantities{Quantity::kPosition, Quantity::kVelocity, Quantity::kTorque, Quantity::kSpeed};
 
 /// The object of CiA 402 that holds the set point.
 std::int64_t ObjectOf(Quantity quantity) {
-  return quantity == Quantity::kPosition ? 0x607A : quantity == Quantity::kVelocity ? 0x60FF : 0x6071;
+  switch (quantity) {
+    case Quantity::kPosition:
+      return 0x607A;
+    case Quantity::kVelocity:
+      return 0x60FF;
+    case Quantity::kSpeed:
+      return 0x6042;
+    default:
+      return 0x6071;
+  }
 }
 
 }  // namespace
@@ -32,6 +51,7 @@ void CommandCheck::Forget() {
   const CommandCheck before = *this;
   *this = {};
   commanded_ = before.commanded_;
+  last_commanded_ = before.last_commanded_;
   wanted_ = before.wanted_;
   without_setpoint_ = before.without_setpoint_;
   all_starts_ = before.all_starts_;
@@ -51,6 +71,9 @@ void CommandCheck::BeginEnabled() {
   starts_ = 0;
   last_start_ = {};
   waits_acknowledge_ = false;
+  ramp_seen_ = false;
+  target_from_.reset();
+  actual_from_.reset();
   start_missing_.Reset();
   start_stands_.Reset();
   halt_.Reset();
@@ -66,11 +89,24 @@ void CommandCheck::FollowSetpoints(const AxisView& now) {
     if (!value) continue;
     const bool changed = setpoint.last && *setpoint.last != *value;
     setpoint.last = value;
-    if (!changed || !enabled_) continue;
+    if (!changed || !enabled_ || (quantity == Quantity::kPosition && IsCopy(now, *value))) continue;
     ++setpoint.changes;
     setpoint.changed = now.frame;
     if (!setpoint.first_changed.seen()) setpoint.first_changed = now.frame;
   }
+  const auto& position = now.Actual(Quantity::kPosition);
+  if (!target_from_) target_from_ = now.Target(Quantity::kPosition);
+  if (!actual_from_) actual_from_ = position;
+  if (!position || position == positions_[0]) return;
+  std::rotate(positions_.begin(), positions_.end() - 1, positions_.end());
+  positions_[0] = position;
+}
+
+/// A master that copies the actual value into the target keeps the axis from a jump at the next start.
+bool CommandCheck::IsCopy(const AxisView& now, std::int64_t target) const {
+  if (std::find(positions_.begin(), positions_.end(), target) != positions_.end()) return true;
+  // A drive that may follow at once shows the target in the same cycle.
+  return now.Actual(Quantity::kPosition) == target && !(mode_ && IsCyclic(*mode_));
 }
 
 void CommandCheck::Step(const AxisView& now, AxisRecords& out) {
@@ -95,7 +131,10 @@ void CommandCheck::Step(const AxisView& now, AxisRecords& out) {
   if (moves || starts_ > 0) wanted_ = true;
   const bool started =
       NeedsStart(*mode_) ? starts_ > 0 || (*mode_ == kInterpolated && moves && now.Control(kStartBit)) : moves;
-  if (started && !(HasHalt(*mode_) && now.Control(kHaltBit)) && !commanded_.seen()) commanded_ = now.frame;
+  if (started && !(HasHalt(*mode_) && now.Control(kHaltBit))) {
+    if (!commanded_.seen()) commanded_ = now.frame;
+    last_commanded_ = now.frame;
+  }
   if (*mode_ == kVelocityMode) RampBits(now, out);
   if (HasHalt(*mode_)) Halt(now, *mode_, out);
   if (quantity != Quantity::kNone && !now.Target(quantity)) without_setpoint_ = true;
@@ -108,6 +147,8 @@ void CommandCheck::Start(const AxisView& now, std::int8_t mode, AxisRecords& out
     ++starts_;
     ++all_starts_;
     last_start_ = now.frame;
+    out.Drop(AxisFact::kStartMissing);
+    out.Drop(AxisFact::kStartStands);
     waits_acknowledge_ = mode == kProfilePosition;
     acknowledged_before_ = now.Status(kAcknowledgeBit);
   }
@@ -115,28 +156,43 @@ void CommandCheck::Start(const AxisView& now, std::int8_t mode, AxisRecords& out
   const Setpoint& position = Of(Quantity::kPosition);
   const bool moves = mode == kInterpolated ? position.changes >= kMoves : position.changes > 0;
   const bool wants = homing ? now.mode_seen_to_change || enabling_seen_ : moves && enabling_seen_;
+  // Drives are known that interpolate without the bit.
+  const bool goes = mode == kInterpolated && !Stands(now);
+  if (goes) out.Drop(AxisFact::kStartMissing);
   const TimeNs limit = homing ? kHomingNs : kStartNs;
 
-  const bool missing = wants && starts_ == 0 && all_starts_ == 0 && !now.Control(kStartBit);
+  const bool missing = wants && !goes && starts_ == 0 && all_starts_ == 0 && !now.Control(kStartBit);
   if (const TimeNs held = start_missing_.Hold(missing, now.frame);
       out.IsDue(AxisFact::kStartMissing, start_missing_, held, limit, now.frame)) {
-    wanted_ = true;
+    wanted_ = wanted_ || !homing;
     AxisRecord record = now.Record(AxisFact::kStartMissing, start_missing_.since(), held);
     record.a = mode;
+    record.healthy = homing;
     out.Add(record);
   }
-  // Interpolation goes on as long as the bit is set. A set point that came after the edge needs another one.
+  // Interpolation goes on as long as the bit is set. A set point that came after the edge needs another one; while the
+  // axis moves, the next one is only prepared.
   const bool behind = position.changed.number > last_start_.number;
   const bool stands = mode != kInterpolated && now.Control(kStartBit) && enabling_seen_ &&
-                      (homing ? starts_ == 0 && now.mode_seen_to_change : moves && behind);
+                      (homing ? starts_ == 0 && now.mode_seen_to_change : moves && behind && now.Status(kReachedBit));
   if (const TimeNs held = start_stands_.Hold(stands, now.frame);
       out.IsDue(AxisFact::kStartStands, start_stands_, held, limit, now.frame)) {
-    wanted_ = true;
+    wanted_ = wanted_ || !homing;
     AxisRecord record = now.Record(AxisFact::kStartStands, start_stands_.since(), held);
     record.a = mode;
+    record.healthy = homing;
     out.Add(record);
   }
   if (mode == kProfilePosition) Handshake(now, out);
+}
+
+/// The actual value is known, and did not go where the target went.
+bool CommandCheck::Stands(const AxisView& now) const {
+  constexpr std::int64_t kShare = 20;
+  const auto& target = now.Target(Quantity::kPosition);
+  const auto& actual = now.Actual(Quantity::kPosition);
+  if (!target || !actual || !target_from_ || !actual_from_) return false;
+  return Magnitude(Apart(*actual_from_, *actual)) * kShare < Magnitude(Apart(*target_from_, *target));
 }
 
 /// Bit 12 answers each edge of bit 4.
@@ -150,11 +206,18 @@ void CommandCheck::Handshake(const AxisView& now, AxisRecords& out) {
   }
 }
 
-/// Bits 4 to 6 of the velocity mode let the ramp run, unlock it and use the reference.
+/// Bits 4 to 6 of the velocity mode let the ramp run, unlock it and use the reference. A master that stops the axis by
+/// them leaves the reference as it is.
 void CommandCheck::RampBits(const AxisView& now, AxisRecords& out) {
-  const auto& target = now.Target(Quantity::kVelocity);
-  const bool stands = target.value_or(0) != 0 && now.Actual(Quantity::kVelocity) == 0;
-  const bool missing = stands && now.control && (*now.control & kRampBits) != kRampBits;
+  if ((now.control.value_or(0) & (kRampBits | kEnableWord)) == (kRampBits | kEnableWord)) {
+    ramp_seen_ = true;
+    out.Drop(AxisFact::kRampBits);
+  }
+  const auto& target = now.Target(Quantity::kSpeed);
+  // In whatever unit.
+  const auto& speed = now.Actual(Quantity::kSpeed) ? now.Actual(Quantity::kSpeed) : now.Actual(Quantity::kVelocity);
+  const bool wants = Of(Quantity::kSpeed).changes > 0 && enabling_seen_ && target.value_or(0) != 0;
+  const bool missing = wants && speed == 0 && now.control && !ramp_seen_;
   if (const TimeNs held = ramp_bits_.Hold(missing, now.frame);
       out.IsDue(AxisFact::kRampBits, ramp_bits_, held, kStartNs, now.frame)) {
     wanted_ = true;
@@ -164,8 +227,12 @@ void CommandCheck::RampBits(const AxisView& now, AxisRecords& out) {
   }
 }
 
-/// A halt that was taken away before is used: a hold of the motion is wanted then.
+/// A halt that was taken away before is used: a hold of the motion is wanted then. So it is with one that is taken away
+/// later.
 void CommandCheck::Halt(const AxisView& now, std::int8_t mode, AxisRecords& out) {
+  if (!now.Control(kHaltBit) && (now.control.value_or(0) & kEnableWord) == kEnableWord) {
+    out.Drop(AxisFact::kHaltStands);
+  }
   const Quantity quantity = QuantityOf(mode);
   const bool wants = starts_ > 0 || (quantity != Quantity::kNone && Of(quantity).changes > 0);
   const bool stands = now.Control(kHaltBit) && never_without_halt_ && enabling_seen_ && wants;
@@ -179,15 +246,15 @@ void CommandCheck::Halt(const AxisView& now, std::int8_t mode, AxisRecords& out)
 }
 
 void CommandCheck::Mode(const AxisView& now, AxisRecords& out) {
+  // A drive may leave a mapped 0 aside: only what it shows proves that it does not.
   const bool overwritten = now.in_op == InOp::kYes && now.mode_mapped == 0 && now.mode_by_sdo.value_or(0) != 0 &&
-                           now.mode_shown.value_or(0) != *now.mode_by_sdo;
+                           now.mode_shown && now.mode_shown != now.mode_by_sdo;
   if (const TimeNs held = overwritten_.Hold(overwritten, now.frame);
       out.IsDue(AxisFact::kOverwrittenMode, overwritten_, held, kModeNs, now.frame)) {
     AxisRecord record = now.Record(AxisFact::kOverwrittenMode, overwritten_.since(), held);
     record.a = *now.mode_by_sdo;
     record.b = *now.mode_mapped;
-    record.c = now.mode_shown.value_or(0);
-    record.inferred = !now.mode_shown;
+    record.c = *now.mode_shown;
     out.Add(record);
   }
   Quantity moving = Quantity::kNone;
@@ -207,11 +274,12 @@ void CommandCheck::Mode(const AxisView& now, AxisRecords& out) {
   }
   const Quantity needed = mode_ ? QuantityOf(*mode_) : Quantity::kNone;
   // A target velocity beside a position that stays is meant for a velocity mode; echoes of actual values are not meant.
-  const auto asked = now.mode_mapped.value_or(0) != 0 ? now.mode_mapped : now.mode_by_sdo;
+  const auto asked = now.mode_asked();
   const bool mode_taken = asked.value_or(0) == 0 || asked == mode_;  // else drive-mode-not-shown reports it
   const bool unused = mode_taken && mode_ == kCyclicPosition && moving == Quantity::kVelocity &&
                       Of(Quantity::kPosition).changes == 0 && now.Target(moving).value_or(0) != 0;
-  const bool elsewhere = known && needed != Quantity::kNone && needed != moving && (!now.Target(needed) || unused);
+  const bool other = needed != moving && !(IsVelocity(needed) && IsVelocity(moving));
+  const bool elsewhere = known && needed != Quantity::kNone && other && (!now.Target(needed) || unused);
   if (const TimeNs held = not_mapped_.Hold(elsewhere, now.frame);
       out.IsDue(AxisFact::kSetpointNotMapped, not_mapped_, held, kModeNs, now.frame, needed)) {
     wanted_ = true;
@@ -221,6 +289,8 @@ void CommandCheck::Mode(const AxisView& now, AxisRecords& out) {
     record.b = ObjectOf(needed);
     record.c = ObjectOf(moving);
     record.constant = now.Target(needed).has_value();
+    // The drive may keep a set point that an SDO wrote before the capture.
+    record.inferred = !record.constant && !IsCyclic(*mode_);
     out.Add(record);
   }
 }

@@ -1,6 +1,7 @@
 /// in: an axis, moment by moment.  out: what starts its motion and never comes, although a motion is wanted.
 ///
-/// Wanting a motion: the set point of some mode changes while the axis is enabled, or homing is selected.
+/// Wanting a motion: the set point of some mode changes while the axis is enabled, and not as a copy of the actual
+/// value. Homing that is selected may wait for an operator. What starts later after all was only waited for.
 ///
 /// Source: CIA402, modes of operation: profile position (bits 4, 5, 12), homing (bit 4), halt (bit 8).
 #pragma once
@@ -28,6 +29,10 @@ class CommandCheck {
 
   /// The first moment at which the enabled axis was commanded to move; not seen(): it never was.
   [[nodiscard]] const FrameRef& commanded() const { return commanded_; }
+  /// The last moment at which it was.
+  [[nodiscard]] const FrameRef& last_commanded() const { return last_commanded_; }
+  /// Where settled(): nothing changed but set points.
+  void GoesOn(const FrameRef& frame) { last_commanded_ = frame; }
   /// A motion was wanted, whether or not anything started it.
   [[nodiscard]] bool wanted() const { return wanted_; }
   /// Set points do not reach the drive as objects of CiA 402.
@@ -42,9 +47,11 @@ class CommandCheck {
   };
 
   void FollowSetpoints(const AxisView& now);
+  [[nodiscard]] bool IsCopy(const AxisView& now, std::int64_t target) const;
   void BeginEnabled();
   void Start(const AxisView& now, std::int8_t mode, AxisRecords& out);
   void Handshake(const AxisView& now, AxisRecords& out);
+  [[nodiscard]] bool Stands(const AxisView& now) const;
   void RampBits(const AxisView& now, AxisRecords& out);
   void Halt(const AxisView& now, std::int8_t mode, AxisRecords& out);
   void Mode(const AxisView& now, AxisRecords& out);
@@ -52,7 +59,11 @@ class CommandCheck {
     return setpoints_[static_cast<std::size_t>(quantity) - 1];
   }
 
-  std::array<Setpoint, 3> setpoints_;
+  std::array<Setpoint, kQuantityCount> setpoints_;
+  std::array<std::optional<std::int64_t>, 3>
+      positions_;  ///< actual values, newest first, each other than the one before
+  std::optional<std::int64_t> target_from_, actual_from_;  ///< positions when it was enabled in this mode
+  bool ramp_seen_ = false;                                 ///< velocity mode: bits 4 to 6 were 1 since it was enabled
   std::optional<std::int8_t> mode_;
   bool enabled_ = false;
   bool enabling_seen_ = false;
@@ -63,7 +74,7 @@ class CommandCheck {
   bool acknowledged_before_ = false;
   bool waits_acknowledge_ = false;
   Lasting start_missing_, start_stands_, unacknowledged_, halt_, ramp_bits_, overwritten_, no_mode_, not_mapped_;
-  FrameRef commanded_;
+  FrameRef commanded_, last_commanded_;
   bool wanted_ = false;
   bool without_setpoint_ = false;
 };

@@ -50,7 +50,10 @@ void EnableCheck::FollowWish(const AxisView& now) {
 
 void EnableCheck::Step(const AxisView& now, AxisRecords& out) {
   FollowWish(now);
-  if (now.state_changed && now.enabled()) enabled_since_ = now.frame;
+  if (now.state_changed && now.enabled()) {
+    enabled_since_ = now.frame;
+    out.SolveEnabling(now.frame);
+  }
   if (now.Status(kVoltageBit)) had_voltage_ = true;
   if (now.state_changed) {
     if (IsFault(now.state) && !IsFault(now.state_before)) {
@@ -169,7 +172,9 @@ void EnableCheck::OnTheWay(const AxisView& now, AxisRecords& out) {
   if (const TimeNs held = shutdown_missing_.Hold(acts && whole && disabled && (shown || !ever_enabled()), now.frame);
       out.IsDue(no_shutdown, shutdown_missing_, held, kEdgeNs, now.frame)) {
     wanted_ = true;
-    out.Add(now.Record(no_shutdown, shutdown_missing_.since(), held));
+    AxisRecord record = now.Record(no_shutdown, shutdown_missing_.since(), held);
+    record.inferred = !shown && !now.began;
+    out.Add(record);
   }
 
   const bool ready = now.state == DriveState::kReadyToSwitchOn || now.state == DriveState::kSwitchedOn;
@@ -184,7 +189,9 @@ void EnableCheck::OnTheWay(const AxisView& now, AxisRecords& out) {
       held > 0 && out.IsDue(no_way, asked_, held + asked_before_, kSlowNs, now.frame)) {
     wanted_ = true;
     asked_before_ = 0;
-    out.Add(now.Record(no_way, asked_.since(), held));
+    AxisRecord record = now.Record(no_way, asked_.since(), held);
+    record.inferred = !shown && !now.began;
+    out.Add(record);
   }
 
   if (const TimeNs held =

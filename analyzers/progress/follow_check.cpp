@@ -1,5 +1,7 @@
 #include "analyzers/progress/follow_check.h"
 
+#include <algorithm>
+
 namespace ecaudit::progress {
 namespace {
 
@@ -7,22 +9,36 @@ constexpr TimeNs kErrorNs = 20'000'000;
 constexpr TimeNs kStillNs = 500'000'000;
 /// Brakes release, and some methods wait for a signal.
 constexpr TimeNs kHomingStillNs = 3'000'000'000;
-constexpr std::int64_t kLeastOfHoming = 50;
+constexpr std::int64_t kLeastOfHoming = 5;
 constexpr TimeNs kRampNs = 1'000'000'000;
 /// Below, an axis need not move: friction, and units that are smaller than what it can resolve.
 constexpr std::int64_t kLeastTravel = 500;
 constexpr std::int64_t kShare = 20;
+/// What an axis moves in the time of a limit when it moves at all: a share of its way or speed, and more than jitter.
+constexpr std::int64_t kShareOfSlow = 2000;
+constexpr std::int64_t kLeastSlow = 2;
 
+constexpr std::int64_t LeastMotion(std::int64_t whole) {
+  return std::max(kLeastSlow, Magnitude(whole) / kShareOfSlow);
+}
+
+/// Bit 13 of the status word; in the other modes it is reserved or of another meaning.
 bool HasFollowingError(std::int8_t mode) {
-  return mode == kProfilePosition || mode == kCyclicPosition || mode == kCyclicVelocity;
+  return mode == kProfilePosition || mode == kCyclicPosition;
 }
 
 }  // namespace
 
 void FollowCheck::Forget() {
-  const FrameRef follows = follows_;
+  const FollowCheck before = *this;
   *this = {};
-  follows_ = follows;
+  follows_ = before.follows_;
+  followed_ = before.followed_;
+}
+
+void FollowCheck::Follows(const FrameRef& frame) {
+  if (!follows_.seen()) follows_ = frame;
+  followed_ = frame;
 }
 
 void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
@@ -32,6 +48,7 @@ void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
     still_.Reset();
     wrong_way_.Reset();
     slow_.Reset();
+    approach_.Reset();
     started_ = false;
   }
   enabled_ = enabled;
@@ -71,11 +88,15 @@ void FollowCheck::Homing(const AxisView& now, AxisRecords& out) {
     started_ = true;
     still_.Reset();
   }
-  if (Magnitude(Apart(begin_.actual, *actual)) > kLeastOfHoming || now.Status(kAcknowledgeBit)) started_ = false;
+  const std::int64_t moved = Apart(begin_.actual, *actual);
+  if (now.Status(kAcknowledgeBit) && !now.Status(kErrorBit)) followed_ = now.frame;
+  if (Magnitude(moved) > kLeastOfHoming || now.Status(kAcknowledgeBit)) started_ = false;
   const bool still = started_ && now.Control(kStartBit) && !now.Control(kHaltBit) && !now.Status(kErrorBit);
   if (const TimeNs held = still_.Hold(still, now.frame);
       out.IsDue(AxisFact::kHomingStands, still_, held, kHomingStillNs, now.frame)) {
-    out.Add(now.Record(AxisFact::kHomingStands, still_.since(), held));
+    AxisRecord record = now.Record(AxisFact::kHomingStands, still_.since(), held);
+    record.b = moved;
+    out.Add(record);
   }
 }
 
@@ -98,7 +119,13 @@ void FollowCheck::Position(const AxisView& now, AxisRecords& out) {
   if (restart_) {
     restart_ = false;
     together_ = slow_from_ = begin_ = {*target, *actual};
+    last_target_ = *target;
   }
+  // A master takes the mode over with the target that it had before, and copies the actual value a cycle later.
+  if (Magnitude(Apart(last_target_, *target)) >= kLeastTravel && StepsToActual(last_target_, *target, *actual)) {
+    together_ = slow_from_ = begin_ = {*target, *actual};
+  }
+  last_target_ = *target;
   const Way way = WayFrom(together_, *target, *actual);
   const bool far = Magnitude(way.target) >= kLeastTravel;
   const bool still = far && Magnitude(way.actual) * kShare < Magnitude(way.target);
@@ -115,10 +142,10 @@ void FollowCheck::Position(const AxisView& now, AxisRecords& out) {
   Report(AxisFact::kLags, slow_, behind, kStillNs, slow, now, out);
   if (half || still || wrong) slow_from_ = {*target, *actual};
 
-  if (follows_.seen()) return;
   const Way all = WayFrom(begin_, *target, *actual);
   if (Magnitude(all.target) >= 20 && all.SameDirection() && Magnitude(all.actual) * 2 > Magnitude(all.target)) {
-    follows_ = now.frame;
+    Follows(now.frame);
+    begin_ = {*target, *actual};
   }
 }
 
@@ -131,21 +158,24 @@ void FollowCheck::Profile(const AxisView& now, AxisRecords& out) {
     const bool relative = now.Control(kRelativeBit);
     begin_ = {relative ? 0 : *actual, *actual};
     goal_ = *target;
+    moved_from_ = *actual;
     started_ = true;
     still_.Reset();
   }
   if (!started_) return;
   const Way way = WayFrom(begin_, goal_, *actual);
+  if (Magnitude(Apart(moved_from_, *actual)) > LeastMotion(way.target)) {
+    moved_from_ = *actual;
+    still_.Reset();
+  }
   const bool halted = now.Control(kHaltBit) || now.Status(kReachedBit);
   const bool still = Magnitude(way.target) >= kLeastTravel && Magnitude(way.actual) * kShare < Magnitude(way.target);
   Report(AxisFact::kStandsStill, still_, still && !halted, kRampNs, way, now, out);
-  if (!follows_.seen() && way.target != 0 && way.SameDirection() && Magnitude(way.actual) * 2 > Magnitude(way.target)) {
-    follows_ = now.frame;
-  }
+  if (way.target != 0 && way.SameDirection() && Magnitude(way.actual) * 2 > Magnitude(way.target)) Follows(now.frame);
 }
 
 void FollowCheck::Report(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
-                       AxisRecords& out) {
+                         AxisRecords& out) {
   const TimeNs held = lasting.Hold(holds, now.frame);
   if (!out.IsDue(fact, lasting, held, limit, now.frame, Quantity::kPosition)) return;
   const bool stopped = now.zero_limit != 0 && fact == AxisFact::kStandsStill;
@@ -158,33 +188,45 @@ void FollowCheck::Report(AxisFact fact, Lasting& lasting, bool holds, TimeNs lim
   out.Add(record);
 }
 
+/// A velocity mode has ramps, or the load has: what counts is a value that does not come nearer to its target.
 void FollowCheck::Velocity(const AxisView& now, AxisRecords& out) {
-  const auto& target = now.Target(Quantity::kVelocity);
-  const auto& actual = now.Actual(Quantity::kVelocity);
+  const Quantity quantity = QuantityOf(*mode_);
+  const auto& target = now.Target(quantity);
+  const auto& actual = now.Actual(quantity);
   if (!target || !actual) return;
   const bool halted = *mode_ != kCyclicVelocity && now.Control(kHaltBit);
-  const bool asked = Magnitude(*target) >= 10 && !halted;
+  // The velocity mode is started and stopped by its bits, and the reference may stay.
+  const bool ramp_stands = *mode_ == kVelocityMode && (now.control.value_or(0) & kRampBits) != kRampBits;
+  const bool asked = Magnitude(*target) >= 10 && !halted && !ramp_stands;
+  if (approach_.Step(*target, *actual, LeastMotion(*target))) {
+    slow_.Reset();
+    wrong_way_.Reset();
+  }
   const bool slow = asked && Magnitude(*actual) * kShare < Magnitude(*target);
-  if (asked && !slow && (*actual > 0) == (*target > 0) && !follows_.seen()) follows_ = now.frame;
-  if (const TimeNs held = slow_.Hold(slow, now.frame);
-      out.IsDue(AxisFact::kStandsStill, slow_, held, kRampNs, now.frame, Quantity::kVelocity)) {
-    const bool stopped = now.zero_limit != 0;
-    AxisRecord record = now.Record(stopped ? AxisFact::kZeroLimit : AxisFact::kStandsStill, slow_.since(), held);
+  if (asked && !slow && (*actual > 0) == (*target > 0)) Follows(now.frame);
+  const auto record_of = [&](AxisFact fact, const Lasting& lasting, TimeNs held) {
+    AxisRecord record = now.Record(fact, lasting.since(), held);
     record.quantity = Quantity::kVelocity;
-    record.c = now.zero_limit;
     record.a = *target;
     record.b = *actual;
     record.limited = now.Status(kLimitBit);
+    return record;
+  };
+  if (const TimeNs held = slow_.Hold(slow, now.frame);
+      out.IsDue(AxisFact::kStandsStill, slow_, held, kRampNs, now.frame, Quantity::kVelocity)) {
+    const bool stopped = now.zero_limit != 0;
+    AxisRecord record = record_of(stopped ? AxisFact::kZeroLimit : AxisFact::kStandsStill, slow_, held);
+    record.c = now.zero_limit;
+    // A winder or a clamp gets a velocity that its torque limit does not let it reach.
+    record.healthy = record.limited && !stopped;
     out.Add(record);
   }
   const bool wrong =
       asked && *actual != 0 && (*actual > 0) != (*target > 0) && Magnitude(*actual) * 2 > Magnitude(*target);
   if (const TimeNs held = wrong_way_.Hold(wrong, now.frame);
       out.IsDue(AxisFact::kWrongWay, wrong_way_, held, kRampNs, now.frame, Quantity::kVelocity)) {
-    AxisRecord record = now.Record(AxisFact::kWrongWay, wrong_way_.since(), held);
-    record.quantity = Quantity::kVelocity;
-    record.a = *target;
-    record.b = *actual;
+    AxisRecord record = record_of(AxisFact::kWrongWay, wrong_way_, held);
+    record.healthy = record.limited;  // the material pulls the axis
     out.Add(record);
   }
 }

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "analyzers/progress/approach.h"
 #include "analyzers/progress/axis_view.h"
 #include "analyzers/progress/lasting.h"
 
@@ -25,6 +26,8 @@ class FollowCheck {
 
   /// The first moment at which the actual value was seen to follow.
   [[nodiscard]] const FrameRef& follows() const { return follows_; }
+  /// The last one, or where homing was attained.
+  [[nodiscard]] const FrameRef& followed() const { return followed_; }
 
  private:
   struct Place {
@@ -39,6 +42,7 @@ class FollowCheck {
     return {Apart(from.target, target), Apart(from.actual, actual)};
   }
 
+  void Follows(const FrameRef& frame);
   void Bits(const AxisView& now, AxisRecords& out);
   void Position(const AxisView& now, AxisRecords& out);
   void Profile(const AxisView& now, AxisRecords& out);
@@ -46,18 +50,21 @@ class FollowCheck {
   void Velocity(const AxisView& now, AxisRecords& out);
   /// Adds `fact` once it has held for `limit`.
   static void Report(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
-                   AxisRecords& out);
+                     AxisRecords& out);
 
   std::optional<std::int8_t> mode_;
   bool enabled_ = false;
   bool restart_ = true;
   bool started_ = false;   ///< profile position: bit 4 rose
   std::int64_t goal_ = 0;  ///< likewise: the target then
-  Place begin_;            ///< where the motion began
-  Place together_;         ///< where both moved together last
-  Place slow_from_;        ///< since when the actual value makes less than half of the way
+  Place begin_;            ///< where the motion began, or both were seen to move alike last
+  std::int64_t last_target_ = 0;
+  Place together_;   ///< where both moved together last
+  Place slow_from_;  ///< since when the actual value makes less than half of the way
   Lasting error_, still_, wrong_way_, slow_;
-  FrameRef follows_;
+  std::int64_t moved_from_ = 0;  ///< profile position: since where the actual value hardly moves
+  Approach approach_;            ///< velocities
+  FrameRef follows_, followed_;
 };
 
 }  // namespace ecaudit::progress

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <vector>
 
 namespace ecaudit::progress {
 namespace {
+
+constexpr std::string_view kAxisRules = "drive-";
 
 /// Whether "0-3, 7" names it.
 bool Names(std::string_view positions, SlavePos position) {
@@ -31,6 +34,19 @@ bool IsAbout(const Finding& finding, const SlaveSummary& slave) {
   return Names(finding.affected.positions, slave.position);
 }
 
+/// Others are about the slave with all its axes.
+bool IsAboutAxis(const Finding& finding) {
+  return finding.rule.substr(0, kAxisRules.size()) == kAxisRules;
+}
+
+/// What a slave does and what its drive shows reach the master some cycles apart.
+bool IsOverBefore(const Finding& finding, const FrameRef& moment) {
+  constexpr TimeNs kApartNs = 500'000'000;
+  const FrameRef& last = finding.last.seen() ? finding.last : finding.first;
+  if (!moment.seen() || !last.seen() || last.number >= moment.number) return false;
+  return !last.has_time || !moment.has_time || Elapsed(last.time, moment.time) > kApartNs;
+}
+
 }  // namespace
 
 FindingIndex RootOf(const AnalysisResult& result, FindingIndex finding) {
@@ -43,15 +59,18 @@ FindingIndex RootOf(const AnalysisResult& result, FindingIndex finding) {
 }
 
 FindingIndex HolderOf(const AnalysisResult& result, const SlaveSummary& slave,
-                      std::initializer_list<std::string_view> rules, int axis) {
+                      std::initializer_list<std::string_view> rules, const Holding& holding) {
+  FindingIndex holder = kNoFinding;
   for (FindingIndex i = 0; i < result.findings.size(); ++i) {
     const Finding& finding = result.findings[i];
     if (finding.severity == Severity::kInfo || !IsAbout(finding, slave)) continue;
-    if (axis >= 0 && finding.axis != axis) continue;
     if (std::find(rules.begin(), rules.end(), finding.rule) == rules.end()) continue;
-    return RootOf(result, i);
+    if (holding.axis >= 0 && IsAboutAxis(finding) && finding.axis != holding.axis) continue;
+    if (IsOverBefore(finding, holding.lost)) continue;
+    if (holding.first == 0 || finding.first.number == holding.first) return RootOf(result, i);
+    if (holder == kNoFinding) holder = RootOf(result, i);
   }
-  return kNoFinding;
+  return holder;
 }
 
 namespace {
@@ -69,6 +88,8 @@ void Mark(const Ladder& ladder, AnalysisResult& result) {
     if (std::find(kRungsOfWarnings.begin(), kRungsOfWarnings.end(), rung.rung->code) == kRungsOfWarnings.end())
       continue;
     Finding& finding = result.findings[rung.held_by];
+    // A warning that rests on an assumption is reported, and decides nothing.
+    if (finding.confidence == Confidence::kInferred && finding.severity != Severity::kError) continue;
     if (finding.holds.empty() && !finding.severity_is_chosen) finding.holds = rung.rung->code;
   }
 }
@@ -76,13 +97,18 @@ void Mark(const Ladder& ladder, AnalysisResult& result) {
 }  // namespace
 
 void Climb(const ProgressModel& model, AnalysisResult& result) {
-  for (SlaveSummary& slave : result.slaves) slave.progress = LadderOf(slave, result);
+  std::vector<SlaveSummary*> by_id;
+  for (SlaveSummary& slave : result.slaves) {
+    slave.progress = LadderOf(slave, result);
+    if (slave.id == kNoSlave) continue;
+    if (by_id.size() <= slave.id) by_id.resize(std::size_t{slave.id} + 1);
+    by_id[slave.id] = &slave;
+  }
   model.ForEachAxis([&](SlaveId id, std::uint8_t axis, const AxisWatch& watch) {
-    for (SlaveSummary& slave : result.slaves) {
-      if (slave.id != id) continue;
-      AxisLadder& added = slave.axes.emplace_back(AxisLadder{axis, LadderOf(watch, axis, slave, result)});
-      LoseAbove(slave.progress.rungs.front(), added.ladder);
-    }
+    SlaveSummary* const slave = id < by_id.size() ? by_id[id] : nullptr;
+    if (slave == nullptr) return;
+    AxisLadder& added = slave->axes.emplace_back(AxisLadder{axis, LadderOf(watch, axis, *slave, result)});
+    LoseAbove(slave->progress.rungs.front(), added.ladder);
   });
   for (const SlaveSummary& slave : result.slaves) {
     Mark(slave.progress, result);

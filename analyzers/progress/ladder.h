@@ -20,11 +20,17 @@ void Climb(const ProgressModel& model, AnalysisResult& result);
 [[nodiscard]] Ladder LadderOf(const AxisWatch& axis, std::uint8_t number, const SlaveSummary& slave,
                               const AnalysisResult& result);
 
+/// Which findings may hold a rung.
+struct Holding {
+  int axis = -1;      ///< rules about drives: only of this axis; < 0: of any
+  FrameRef lost;      ///< where the rung was lost: what was over long before did not do it; not seen(): any
+  FrameNo first = 0;  ///< the finding that begins there, where one does; 0: any
+};
+
 /// The first warning or error of one of these rules that is about the slave or, where the slave is one of those it
 /// names, about several; its cause, where it has one. kNoFinding: there is none.
-/// @param axis  only of this axis; < 0: of any
 [[nodiscard]] FindingIndex HolderOf(const AnalysisResult& result, const SlaveSummary& slave,
-                                    std::initializer_list<std::string_view> rules, int axis = -1);
+                                    std::initializer_list<std::string_view> rules, const Holding& holding = {});
 
 /// The first cause of a finding: itself where it has none.
 [[nodiscard]] FindingIndex RootOf(const AnalysisResult& result, FindingIndex finding);

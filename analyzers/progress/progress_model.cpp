@@ -54,6 +54,7 @@ SlaveSide ProgressModel::SideOf(SlaveId slave) const {
   if (slave < slaves_.size()) {
     side.op_requested = slaves_[slave].op_requested;
     side.began = slaves_[slave].began;
+    side.leaving = slaves_[slave].leaving;
   }
   return side;
 }
@@ -67,7 +68,7 @@ ProgressModel::Part& ProgressModel::PartOf(const model::ImagePart& image) {
       parts_.clear();
       recent_ = {};
     }
-    found = parts_.emplace(image.serial, Part{AxisPlaces(image), {}, {}, {}}).first;
+    found = parts_.emplace(image.serial, Part{AxisPlaces(image), nullptr, {}, {}, {}}).first;
   }
   recent = {image.serial, &found->second};
   return found->second;
@@ -78,19 +79,21 @@ void ProgressModel::Take(const model::ImagePart& image, Part& part, ByteSpan dat
   const SlaveSide side = SideOf(image.slave);
   // Most cycles of a machine at rest change nothing.
   const bool same_side = std::exchange(part.side, side) == side;
-  if (part.places.Repeats(data, part.bits) && same_side && part.still()) return;
-  if (part.watches.empty()) {
-    part.places.ForEachAxis([&](std::uint8_t axis) {
-      if (AxisWatch* const watch = Watch(image.slave, axis)) part.watches.push_back(watch);
-    });
+  const device::DeviceDescription* const profile = model_.slave(image.slave).profile;
+  const bool same_profile = std::exchange(part.profile, profile) == profile;
+  if (part.places.Repeats(data, part.bits) && same_side && same_profile && part.still()) return;
+  if (part.watches.empty() || !same_profile) {
+    part.watches.clear();
+    part.places.ForEachAxis([&](std::uint8_t axis) { part.watches.push_back(Watch(image.slave, axis)); });
   }
-  part.places.Read(data, [&](std::uint8_t axis, const AxisValues& values) {
-    AxisWatch* const watch = Watch(image.slave, axis);
+  auto next = part.watches.begin();
+  part.places.Read(data, [&](std::uint8_t, const AxisValues& values) {
+    AxisWatch* const watch = *next++;
     if (watch == nullptr) return;
     if (image.direction == device::PdoDirection::kRx) {
-      watch->OnOutputs(values, frame, side);
+      watch->OnOutputs(values, image.serial, frame, side);
     } else {
-      watch->OnInputs(values, frame, side);
+      watch->OnInputs(values, image.serial, frame, side);
     }
   });
 }
@@ -121,7 +124,6 @@ void ProgressModel::On(const mailbox::SdoTransfer& transfer) {
     const bool word = role->second == Role::kControl || role->second == Role::kStatus;
     // Other devices have other objects at these indices.
     if (word && transfer.data.size() != 2) return;
-    if (axes_.find({transfer.slave, role->first}) == axes_.end() && !word) return;
     if (AxisWatch* const watch = Watch(transfer.slave, role->first)) {
       watch->OnSdo(role->second, value, download, frame, SideOf(transfer.slave));
     }
@@ -144,10 +146,12 @@ void ProgressModel::On(const track::AlRequest& request) {
   Slave& slave = Get(request.slave);
   if (target == static_cast<std::uint8_t>(esc::AlState::OP)) {
     slave.op_requested = true;
+    slave.leaving = false;
     if (!model_.slave(request.slave).al.SettledIn(esc::AlState::OP)) slave.began = true;
     return;
   }
   slave.began = true;
+  slave.leaving = true;
   if (target == static_cast<std::uint8_t>(esc::AlState::INIT)) {
     slave.op_requested = false;
     ForgetSlave(request.slave);
@@ -163,6 +167,10 @@ void ProgressModel::On(const track::CaptureGap& gap) {
 void ProgressModel::On(const track::RunBegan&) {
   for (auto& [id, watch] : axes_) watch.Forget();
   for (Slave& slave : slaves_) slave = {};
+}
+
+void ProgressModel::Finish() {
+  for (auto& [id, watch] : axes_) watch.Finish();
 }
 
 }  // namespace ecaudit::progress

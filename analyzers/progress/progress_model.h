@@ -31,6 +31,7 @@ class ProgressModel {
   void On(const track::AlRequest& request);
   void On(const track::CaptureGap& gap);
   void On(const track::RunBegan& run);
+  void Finish();
 
   /// Calls `visit(slave, axis, watch)` for each axis of which a control or status word was seen.
   template <class Visit>
@@ -47,17 +48,20 @@ class ProgressModel {
   /// What is known of a slave besides its model.
   struct Slave {
     bool op_requested = false;
-    bool began = false;  ///< its way to OP was seen in this run
+    bool began = false;    ///< its way to OP was seen in this run
+    bool leaving = false;  ///< what the master requested last is a state below OP
   };
   /// One part of the process image that holds words of axes.
   struct Part {
     AxisPlaces places;
-    std::vector<AxisWatch*> watches;  ///< of its axes; empty before the first data
+    const device::DeviceDescription* profile = nullptr;  ///< as `watches` were looked up
+    std::vector<AxisWatch*>
+        watches;  ///< of its axes, in the order of `places`; null: none. Empty before the first data
     std::vector<std::uint64_t> bits;  ///< of the last frame
     SlaveSide side;                   ///< likewise
     [[nodiscard]] bool still() const {
-      return !watches.empty() &&
-             std::all_of(watches.begin(), watches.end(), [](const AxisWatch* watch) { return watch->still(); });
+      return !watches.empty() && std::all_of(watches.begin(), watches.end(),
+                                             [](const AxisWatch* watch) { return watch == nullptr || watch->still(); });
     }
   };
 

@@ -15,6 +15,7 @@ constexpr std::uint32_t kCyclesAfter = 3;
 constexpr TimeNs kReactionNs = 500'000'000;
 constexpr TimeNs kEchoNs = 500'000'000;
 constexpr std::uint64_t kEchoes = 50;
+constexpr std::int64_t kOtherSpeed = 2;  ///< between steps in whole increments
 constexpr TimeNs kOutsideNs = 100'000'000;
 
 }  // namespace
@@ -33,6 +34,8 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
     last_target_.reset();
     outlier_.reset();
     echoes_ = 0;
+    leads_ = false;
+    repeats_ = {};
     const std::int64_t distance = cyclic && target && actual ? Apart(*actual, *target) : 0;
     if (Magnitude(distance) >= kLeastJump) {
       jump_ = Jump{now.Record(AxisFact::kJumpAtEnable, now.frame), distance, *target, *actual, *target, 0};
@@ -45,6 +48,8 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
     Echo(now, out);
     Limits(now, out);
   }
+  std::rotate(actuals_.begin(), actuals_.end() - 1, actuals_.end());
+  actuals_[0] = actual;
 }
 
 void SetpointCheck::AtEnable(const AxisView& now, AxisRecords& out) {
@@ -82,7 +87,7 @@ void SetpointCheck::AtEnable(const AxisView& now, AxisRecords& out) {
 void SetpointCheck::InOperation(const AxisView& now, AxisRecords& out) {
   const auto& target = now.Target(Quantity::kPosition);
   const bool follows = enabled_ && now.mode() == kCyclicPosition && target;
-  const bool fault = IsFault(now.state) || (enabled_ && now.Status(kErrorBit));
+  const bool fault = IsFault(now.state) || (enabled_ && now.mode() == kCyclicPosition && now.Status(kErrorBit));
   // Of a jump right before the fault nothing shows whether it was one, or the begin of a fast motion.
   if (outlier_ && fault && (outlier_->c > 0 || cycles_after_ >= kCyclesAfter)) {
     AxisRecord record = *outlier_;
@@ -107,7 +112,9 @@ void SetpointCheck::InOperation(const AxisView& now, AxisRecords& out) {
     const std::int64_t usual =
         known == 0 ? 0 : *std::max_element(steps_.begin(), steps_.begin() + static_cast<std::ptrdiff_t>(known));
     if (outlier_ && step * kTimesLater > Magnitude(Apart(outlier_->a, outlier_->b))) outlier_.reset();
-    if (step >= kLeastJump && step >= kTimesStep * std::max<std::int64_t>(usual, 1)) {
+    const auto& actual = now.Actual(Quantity::kPosition);
+    const bool to_actual = actual && StepsToActual(*last_target_, *target, *actual);
+    if (!to_actual && step >= kLeastJump && step >= kTimesStep * std::max<std::int64_t>(usual, 1)) {
       outlier_ = now.Record(AxisFact::kJumpInOperation, now.frame);
       outlier_->quantity = Quantity::kPosition;
       outlier_->a = *last_target_;
@@ -125,25 +132,22 @@ void SetpointCheck::Echo(const AxisView& now, AxisRecords& out) {
   const auto& target = now.Target(Quantity::kPosition);
   const auto& actual = now.Actual(Quantity::kPosition);
   if (!target || !actual) return;
-  const bool is_echo = (actuals_[1] == target || actuals_[0] == target);
+  const bool is_echo = actuals_[1] == target || actuals_[0] == target;
   const bool ahead = actual == target;
+  const bool leads = Leads(*target);
   if (!is_echo) {
     echoes_ = 0;
-    echo_told_ = false;
-  } else if (actuals_[0] != actual && !ahead) {
-    if (echoes_++ == 0) {
+    leads_ = echo_told_ = false;
+  } else {
+    leads_ = leads_ || leads;
+    if (actuals_[0] != actual && !ahead && echoes_++ == 0) {
       echo_from_ = *actual;
       echo_since_ = now.frame;
     }
   }
-  if (actuals_[0] != actual) {
-    actuals_[2] = actuals_[1];
-    actuals_[1] = actuals_[0];
-    actuals_[0] = actual;
-  }
   const std::int64_t travelled = Magnitude(Apart(echo_from_, *actual));
-  if (echo_told_ || echoes_ < kEchoes || travelled < static_cast<std::int64_t>(kEchoes) || !echo_since_.has_time ||
-      !now.frame.has_time || Elapsed(echo_since_.time, now.frame.time) < kEchoNs) {
+  if (echo_told_ || echoes_ < kEchoes || !leads_ || travelled < static_cast<std::int64_t>(kEchoes) ||
+      !echo_since_.has_time || !now.frame.has_time || Elapsed(echo_since_.time, now.frame.time) < kEchoNs) {
     return;
   }
   echo_told_ = true;
@@ -151,23 +155,56 @@ void SetpointCheck::Echo(const AxisView& now, AxisRecords& out) {
   record.quantity = Quantity::kPosition;
   record.a = static_cast<std::int64_t>(echoes_);
   record.b = travelled;
+  // An axis that is moved by hand is moved this way on purpose.
+  record.inferred = true;
   out.Add(record);
+}
+
+/// Whether the actual value changed its speed, and the target did so after it.
+bool SetpointCheck::Leads(std::int64_t target) {
+  bool leads = false;
+  for (std::size_t at = 0; at < repeats_.size(); ++at) {
+    Repeats& repeats = repeats_[at];
+    if (actuals_[at] != target) {
+      repeats = {};
+      continue;
+    }
+    if (++repeats.values == 1) continue;
+    const std::int64_t step = Apart(*actuals_[at + 1], *actuals_[at]);
+    repeats.least = repeats.values == 2 ? step : std::min(repeats.least, step);
+    repeats.most = repeats.values == 2 ? step : std::max(repeats.most, step);
+    leads = leads || repeats.most - repeats.least >= kOtherSpeed;
+  }
+  return leads;
 }
 
 void SetpointCheck::Limits(const AxisView& now, AxisRecords& out) {
   const auto& target = now.Target(Quantity::kPosition);
+  const auto& actual = now.Actual(Quantity::kPosition);
   const auto& [least, most] = now.limits;
   // Both 0, or the wrong way round: switched off.
   const bool used = target && least && most && *least < *most;
-  const bool outside = used && (*target < *least || *target > *most);
-  if (const TimeNs held = outside_.Hold(outside, now.frame);
-      out.IsDue(AxisFact::kOutsideLimits, outside_, held, kOutsideNs, now.frame, Quantity::kPosition)) {
+  const bool below = used && *target < *least;
+  const bool outside = below || (used && *target > *most);
+  const TimeNs held = outside_.Hold(outside, now.frame);
+  if (out.IsDue(AxisFact::kOutsideLimits, outside_, held, kOutsideNs, now.frame, Quantity::kPosition)) {
     AxisRecord record = now.Record(AxisFact::kOutsideLimits, outside_.since(), held);
     record.quantity = Quantity::kPosition;
     record.a = *target;
-    record.b = *target < *least ? *least : *most;
+    record.b = below ? *least : *most;
+    record.c = actual.value_or(0);
+    record.healthy = !actual;
     out.Add(record);
   }
+  if (!outside || !actual) return;
+  AxisRecord* const reported = out.Find(AxisFact::kOutsideLimits);
+  if (reported == nullptr || reported->followed) return;
+  const std::int64_t limit = below ? *least : *most;
+  const std::int64_t beyond = below ? Bounded(limit) - Bounded(*actual) : Bounded(*actual) - Bounded(limit);
+  if (beyond <= 0 || beyond * 2 < Magnitude(Bounded(*target) - Bounded(limit))) return;
+  // The limits are not in use, or in another unit.
+  reported->followed = reported->healthy = true;
+  reported->c = *actual;
 }
 
 }  // namespace ecaudit::progress

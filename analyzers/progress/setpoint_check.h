@@ -1,7 +1,11 @@
 /// in: an axis, moment by moment.  out: targets that no drive can follow: jumps, echoes of the actual value, limits.
 ///
-/// A jump is reported only with what came of it: the axis runs after it, or a fault or following error. A target that was
-/// 0 and stays so where nothing moves may be one that the drive does not use.
+/// An echo shows where the speed of the actual value changes, at the latest when it begins to move: while both move at
+/// one speed the actual value may just be ahead, as that of an axis that sags. In whole increments one speed is steps
+/// of two neighbouring sizes.
+///
+/// A jump is reported only with what came of it: the axis runs after it, or a fault or following error. A target that
+/// was 0 and stays so where nothing moves may be one that the drive does not use.
 #pragma once
 
 #include <array>
@@ -32,6 +36,7 @@ class SetpointCheck {
   void AtEnable(const AxisView& now, AxisRecords& out);
   void InOperation(const AxisView& now, AxisRecords& out);
   void Echo(const AxisView& now, AxisRecords& out);
+  [[nodiscard]] bool Leads(std::int64_t target);
   void Limits(const AxisView& now, AxisRecords& out);
 
   std::optional<std::int8_t> mode_;
@@ -44,8 +49,15 @@ class SetpointCheck {
   std::optional<AxisRecord> outlier_;
   std::uint32_t cycles_after_ = 0;
   // Echo.
-  std::array<std::optional<std::int64_t>, 3> actuals_;  ///< newest first
+  std::array<std::optional<std::int64_t>, 3> actuals_;  ///< of the steps before, newest first
   std::uint64_t echoes_ = 0;
+  bool leads_ = false;  ///< the actual value was seen to change its speed first
+  /// Steps of the actual value in a row that the target repeats with the same delay.
+  struct Repeats {
+    std::uint32_t values = 0;
+    std::int64_t least = 0, most = 0;  ///< steps
+  };
+  std::array<Repeats, 2> repeats_;  ///< one cycle later, two cycles later
   std::int64_t echo_from_ = 0;
   FrameRef echo_since_;
   bool echo_told_ = false;

@@ -63,7 +63,8 @@ Rung StateRung(const Word& word, esc::AlState wanted, const SlaveSummary& slave,
       rung.until = step.frame;
       rung.status = asked_below ? RungStatus::kReached : RungStatus::kLost;
     }
-    asked_below = false;
+    // A request stays what the master wants while the slave passes the states between; a refused one does not.
+    if (esc::AlWord{step.to}.bit4() && !step.echo) asked_below = false;
   }
   const bool by_status = slave.al_status && IsAtLeast(StateOf(*slave.al_status), wanted);
   if (!rung.since.seen() && by_status) {
@@ -77,7 +78,8 @@ Rung StateRung(const Word& word, esc::AlState wanted, const SlaveSummary& slave,
   if (rung.status == RungStatus::kNotReached || rung.status == RungStatus::kLost) {
     rung.held_by = HolderOf(result, slave,
                             {"al-refused", "al-timeout", "al-unexpected-change", "al-error-standing",
-                             "al-illegal-transition", "al-invalid-request", "al-error-not-acknowledged"});
+                             "al-illegal-transition", "al-invalid-request", "al-error-not-acknowledged"},
+                            {.lost = rung.until});
     rung.why = rung.status == RungStatus::kLost ? &kStateLeft : &kStateShown;
     // A master that stopped reading AL Status does not show what became of its request.
     if (rung.held_by == kNoFinding && rung.status == RungStatus::kNotReached) {

@@ -1,10 +1,13 @@
+#include <map>
 #include <string>
+#include <utility>
 
 #include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/progress/progress_model.h"
 #include "analyzers/words/drive_text.h"
 
 namespace ecaudit::drive_no_reaction {
@@ -12,7 +15,9 @@ namespace {
 
 constexpr FindingKind kNoEffect{
     .name = "no-effect",
-    .title = "{command} has no effect in {state}[{?no_voltage}: no voltage (bit 4 = 0)]",
+    .title =
+        "[{?solved}{command} in {state} takes more than {limit_ms}][{!solved}{command} has no effect in {state}]"
+        "[{?no_voltage}: no voltage (bit 4 = 0)]",
     .message = R"(The control word {control_word} of {command_frame} commands {command} (transition {transition}[ to
 {target}]). In {frame}, {waited_ms} later, the status word is still {status_word} ({state}). The limit is
 {limit_ms}.[{?no_voltage} Bit 4 of the status word is 0: the drive has no supply voltage.])",
@@ -23,6 +28,9 @@ whether the fieldbus may control the drive.]])",
     .identity = "transition"};
 constexpr const FindingKind* kKinds[] = {&kNoEffect};
 
+constexpr NoteKind kEnabledLater{.name = "enabled-later", .text = "The drive shows Operation enabled in {frame}."};
+constexpr const NoteKind* kNotes[] = {&kEnabledLater};
+
 constexpr RuleInfo kInfo{.id = "drive-no-reaction",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kWarning,
@@ -30,6 +38,7 @@ constexpr RuleInfo kInfo{.id = "drive-no-reaction",
                          .needs = "control word 6040h and status word 6041h with time stamps",
                          .source = "CIA402, state machine; AKD-2011, 4.4; MKD, 4.4; PILZ, 4.4",
                          .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
 Whether the drive leaves its state within 1 s after a control word (6040h) commanded a transition that its state offers,
@@ -44,6 +53,8 @@ Each status word that arrives after the limit and still shows the old state.
 
 - A command that is withdrawn before is not evaluated, nor the time in which the slave may still be on its way to OP.
 - Transition 16 is not evaluated: drives may leave it out.
+- If the drive shows Operation enabled after that, the finding is an info: a supply that comes up, or a machine that
+  waited.
 - A word that commands several steps (0x000F in Ready to switch on) is evaluated step by step.
 
 ## Example
@@ -64,7 +75,11 @@ class DriveNoReaction final : public Rule {
 
   void On(const model::DriveNoReaction& e) {
     const std::uint64_t key = AxisKey(e.axis) | e.transition;
-    if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
+    if (const auto known = found_.find({e.slave, key}); known != found_.end()) {
+      ++known->second.count;
+      known->second.last = e.frame;
+      return;
+    }
     const device::DriveProfile& drive = *context().slave(e.slave).profile->drive;
     const device::DriveTransition* transition = drive.Find(e.transition);
     model::DrivePath path;
@@ -87,10 +102,25 @@ class DriveNoReaction final : public Rule {
     AddRelated(finding, e.command.number);
     finding.reference = ReferenceTo(drive.source);
     NameAxis(finding, e.axis);
-    Report(key, std::move(finding));
+    found_.emplace(std::pair(e.slave, key), std::move(finding));
   }
 
   void Finish() override {
+    for (auto& [id, finding] : found_) {
+      const progress::AxisWatch* const axis = context().progress().axis(id.first, finding.axis);
+      const FrameRef enabled = axis != nullptr ? axis->enable().enabled_since() : FrameRef{};
+      const FrameRef& last = finding.last.seen() ? finding.last : finding.first;
+      if (enabled.number <= last.number) {
+        (void)Report(id.second, std::move(finding));
+        continue;
+      }
+      finding.Set("solved", arg::Flag());
+      Arguments later;
+      later.Set("frame", arg::Frame(enabled.number));
+      finding.Add(kEnabledLater, std::move(later));
+      AddRelated(finding, enabled.number);
+      (void)Report(id.second, Severity::kInfo, std::move(finding));
+    }
     NotEvaluableFor([](const model::SlaveModel& slave) {
       std::optional<Reason> why = DriveWordsMissing(slave, true);
       if (why) return why;
@@ -102,6 +132,8 @@ class DriveNoReaction final : public Rule {
   }
 
  private:
+  std::map<std::pair<SlaveId, std::uint64_t>, Finding> found_;  // reported at the end: the drive may be slow only
+
   static std::optional<Reason> Unevaluated(const model::DriveUnit& axis) {
     if (axis.without_time()) return Reason::Of(ReasonCode::kNoStamps);
     // No command is legal then, so none is without effect.

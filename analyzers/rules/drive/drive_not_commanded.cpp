@@ -99,7 +99,7 @@ constexpr RuleInfo kInfo{.id = "drive-not-commanded",
 Whether what starts a motion comes when a motion is wanted:
 
 - the rising edge of bit 4 in profile position and homing, and its acknowledge (bit 12 of the status word)
-- halt (bit 8) taken away
+- halt (bit 8) cleared
 - bits 4 to 6 in velocity mode (2)
 - a mode that the drive shows and that fits the set point
 - 6060h not overwritten by process data
@@ -108,9 +108,17 @@ Whether what starts a motion comes when a motion is wanted:
 The drive is enabled and holds its position. No fault and no error shows why it does not move.
 
 ## How it is decided
-A motion is wanted if the set point changes while the drive is enabled, or if homing is selected. An enabled axis
-with a constant set point is idle. Limits: 1 s, in homing 2 s, for the acknowledge 500 ms. If the capture holds a
-start of the same axis, the master knows how to start it, and a missing edge is no finding.
+A motion is wanted if the set point changes while the drive is enabled. An enabled axis with a constant set point is
+idle, and so is one whose target position copies the position actual value. Limits: 1 s, in homing 2 s, for the
+acknowledge 500 ms.
+
+- If the start comes later (the edge of bit 4, halt cleared, bits 4 to 6), the machine only waited: no finding.
+- If the capture holds a start of the same axis, a missing edge is no finding.
+- Homing that is selected may wait for an operator: an info.
+- A bit 4 that stays 1 counts while bit 10 (target reached) is 1.
+- Interpolated position without bit 4 counts if the position actual value (6064h) does not move.
+- 6060h counts as overwritten if 6061h shows another mode.
+- A set point that is not mapped may have been written by SDO before, except in the cyclic modes: inferred.
 
 ## Example
 tests/rules/drive-not-commanded/violates.trace: profile position without bit 4.

@@ -1,5 +1,6 @@
 #include <array>
 #include <string>
+#include <utility>
 
 #include "analyzers/judge/axis_rule.h"
 
@@ -8,7 +9,7 @@ namespace {
 
 constexpr FindingKind kBitMissing{
     .name = "control-bit-missing",
-    .title = "Missing in control word {control_word}: {bits}",
+    .title = "Missing in control word {control_word}[{?solved} for {lasted_ms}]: {bits}",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. Its bit 3 asks for Operation
 enabled, but {bits} {bit_count?is|are} 0. The drive shows {state} (status word {status_word}, {shown_frame}).
@@ -18,7 +19,9 @@ Enable operation needs bits 0 to 3 set (0x000f).)",
 
 constexpr FindingKind kResetStands{
     .name = "reset-without-edge",
-    .title = "Fault reset (bit 7) stays 1: no rising edge resets the fault",
+    .title =
+        "Fault reset (bit 7) stays 1[{?solved} for {lasted_ms} before its rising edge]"
+        "[{!solved}: no rising edge resets the fault]",
     .message =
         R"(Bit 7 of the control word ({control_word}) is 1 from {frame} on, for {lasted_ms}. Since then the drive shows {state}
 (status word {status_word}, {shown_frame}).[ The drive reports {reason}.] A fault is reset by the rising edge of
@@ -28,7 +31,7 @@ bit 7, from 0 to 1.)",
 
 constexpr FindingKind kResetMissing{
     .name = "reset-missing",
-    .title = "The master enables the drive in Fault without a fault reset",
+    .title = "The master enables the drive in Fault without a fault reset[{?solved} for {lasted_ms}]",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}, while the drive shows {state}
 (status word {status_word}, {shown_frame}).[ The drive reports {reason}.] Bit 7 of the control word stays 0. A
@@ -38,11 +41,11 @@ drive leaves Fault only by the rising edge of bit 7.)",
 
 constexpr FindingKind kFaultStays{
     .name = "fault-stays",
-    .title = "The fault stays after {resets}[: {reason}]",
+    .title = "The fault stays[{?solved} for {lasted_ms}] after {resets}[: {reason}]",
     .message =
         R"(The master resets the fault ({resets}, the first at {frame}). {lasted_ms} later the drive still shows {state}
 (status word {status_word}, {shown_frame}).[ The drive reports {reason}.][{!reason} The capture does not
-show which fault it is.] The cause is still there.)",
+show which fault it is.][{!solved} The cause is still there.])",
     .next =
         "[{?reason}Correct this cause.][{!reason}Read 603Fh and 1003h:1 from the drive and correct what they name.] "
         "Then reset the fault.",
@@ -50,7 +53,9 @@ show which fault it is.] The cause is still there.)",
 
 constexpr FindingKind kShutdownMissing{
     .name = "shutdown-missing",
-    .title = "Shutdown (0x0006) is missing before control word {control_word}",
+    .title =
+        "[{?solved}Shutdown (0x0006) comes only after {lasted_ms} of {control_word}]"
+        "[{!solved}Shutdown (0x0006) is missing before control word {control_word}]",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status
 word {status_word}, {shown_frame}). The way from Switch on disabled to Operation enabled begins with Shutdown:
@@ -60,7 +65,9 @@ bits 1 and 2 are 1, bit 0 is 0.)",
 
 constexpr FindingKind kNoVoltage{
     .name = "no-voltage",
-    .title = "No voltage (status bit 4 = 0): the drive stays in {state}",
+    .title =
+        "No voltage (status bit 4 = 0)[{?solved} for {lasted_ms}, then the drive is enabled]"
+        "[{!solved}: the drive stays in {state}]",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}, and
 bit 4 (voltage enabled) of its status word {status_word} is 0 ({shown_frame}).)",
@@ -69,7 +76,7 @@ bit 4 (voltage enabled) of its status word {status_word} is 0 ({shown_frame}).)"
 
 constexpr FindingKind kQuickStopStays{
     .name = "quick-stop-stays",
-    .title = "Quick stop active is not left by control word {control_word}",
+    .title = "Quick stop active is not left by {control_word}[{?solved} for {lasted_ms}]",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}
 (status word {status_word}, {shown_frame}). Not every drive goes from Quick stop active to Operation enabled
@@ -81,7 +88,7 @@ constexpr FindingKind kQuickStopStays{
 
 constexpr FindingKind kNotReady{
     .name = "not-ready",
-    .title = "Not ready to switch on: the drive accepts no enable word",
+    .title = "Not ready to switch on[{?solved} for {lasted_ms}]: the drive accepts no enable word",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status
 word {status_word}, {shown_frame}) and accepts no command there.)",
@@ -92,7 +99,9 @@ word {status_word}, {shown_frame}) and accepts no command there.)",
 
 constexpr FindingKind kNotInOp{
     .name = "not-in-op",
-    .title = "OP is never requested, but the master enables the drive",
+    .title =
+        "[{?solved}The master enables the drive {lasted_ms} before it requests OP]"
+        "[{!solved}OP is never requested, but the master enables the drive]",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The slave is not in OP, and the
 master did not request OP up to {shown_frame}. Outputs act in OP only.)",
@@ -110,7 +119,9 @@ every cycle. The drive shows {state} (status word {status_word}, {shown_frame}).
 
 constexpr FindingKind kLocal{
     .name = "local-control",
-    .title = "Local control (status bit 9 = 0): the drive stays in {state}",
+    .title =
+        "Local control (status bit 9 = 0)[{?solved} for {lasted_ms}, then the drive is enabled]"
+        "[{!solved}: the drive stays in {state}]",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}, and
 bit 9 (remote) of its status word {status_word} is 0 ({shown_frame}): it does not act on the control word.)",
@@ -122,7 +133,8 @@ constexpr FindingKind kHasty{
     .title = "Enable word taken back {times} before the drive follows",
     .message =
         R"(From {frame} to {shown_frame} bit 3 (enable operation) of the control word rises {times}. It is 0 again after
-{longest_ms} at most. The drive never shows Operation enabled (state {state}, status word {status_word}).)",
+{longest_ms} at most. The drive does not show Operation enabled in this time (state {state}, status word
+{status_word}).)",
     .next = "Wait for each state in the status word, and keep the control word until the drive shows it.",
     .identity = ""};
 
@@ -141,6 +153,9 @@ constexpr const FindingKind* kKinds[] = {
     &kBitMissing, &kResetStands, &kResetMissing, &kFaultStays, &kShutdownMissing, &kNoVoltage, &kQuickStopStays,
     &kNotReady,   &kNotInOp,     &kOverwritten,  &kLocal,      &kHasty,           &kDropsBack};
 
+constexpr NoteKind kEnabledLater{.name = "enabled-later", .text = "The drive shows Operation enabled in {frame}."};
+constexpr const NoteKind* kNotes[] = {&kEnabledLater};
+
 constexpr RuleInfo kInfo{.id = "drive-not-enabled",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kWarning,
@@ -148,6 +163,7 @@ constexpr RuleInfo kInfo{.id = "drive-not-enabled",
                          .needs = "control word 6040h and status word 6041h with time stamps",
                          .source = "CIA402, state machine",
                          .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
 Whether an axis reaches Operation enabled when the master asks for it, and what is missing if it does not:
@@ -169,6 +185,9 @@ Bit 3 of the control word asks for Operation enabled if it rises while the drive
 when the slave comes to OP. A quick stop of an enabled drive is no such request, and neither is 0x0006. What no
 drive can follow (a bit that is 0) counts after 200 ms, a missing edge or Shutdown after 500 ms, what a drive may be
 slow in after 1 s. Attempts that the master gives up are added.
+
+If the drive shows Operation enabled after that, the finding is an info with its duration: a supply that comes up, or a
+machine that waited. In a capture that begins mid-run the finding is inferred if the word was there from the start.
 
 ## Example
 tests/rules/drive-not-enabled/violates.trace: control word 0x000b.
@@ -199,6 +218,13 @@ class DriveNotEnabled final : public AxisRule {
 
  private:
   void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch&) override {
+    if (record.solved) {
+      finding.Set("solved", arg::Flag());
+      Arguments later;
+      later.Set("frame", arg::Frame(record.solved_at.number));
+      finding.Add(kEnabledLater, std::move(later));
+      AddRelated(finding, record.solved_at.number);
+    }
     switch (record.fact) {
       case progress::AxisFact::kControlBitMissing: {
         std::size_t count = 0;

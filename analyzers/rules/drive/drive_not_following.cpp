@@ -59,7 +59,8 @@ constexpr FindingKind kWrongWay{
     .message =
         R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value
 {actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
-({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.)",
+({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11 shows that an
+internal limit is active.])",
     .next = "Check the polarity (607Eh) and the direction of motor and encoder.",
     .identity = "quantity"};
 
@@ -78,7 +79,7 @@ constexpr FindingKind kHomingStands{
     .title = "Homing is started (bit 4), but the axis does not move",
     .message =
         R"(Bit 4 of the control word ({control_word}) starts homing in {frame}. For {lasted_ms} the position actual value
-stays the same ({shown_frame}). The status word {status_word} shows neither homing attained (bit 12) nor an error (bit
+changes by no more than {travel} ({shown_frame}). The status word {status_word} shows neither homing attained (bit 12) nor an error (bit
 13).)",
     .next =
         "Check the homing method (6098h), the speeds (6099h) and the acceleration (609Ah): a speed of 0 does not move.",
@@ -103,10 +104,16 @@ actual value against the set point in position and velocity modes.
 The drive is enabled and commanded, and the axis is not where the master thinks that it is.
 
 ## How it is decided
-Bit 13 counts in the modes that define it. A position that goes by at least 500 increments while the actual value
-makes less than a twentieth (stands still), less than half (lags), or goes the other way, for 500 ms; in
-profile position 1 s after the start. A velocity of which the drive shows less than a twentieth for 1 s. Halt in a
-profile mode is no violation.
+- Bit 13 counts in the modes that define it: profile position, cyclic synchronous position, homing.
+- A cyclic target position goes by at least 500 increments for 500 ms. The actual value makes less than a twentieth
+  (stands still), less than half (lags), or goes the other way.
+- Profile position: after the start the axis makes less than a twentieth of the way and does not move for 1 s.
+- A velocity of which the drive shows less than a twentieth, or the other sign, and which does not come nearer to its
+  target for 1 s. A ramp comes nearer. 60FFh is compared with 606Ch, 6042h with 6044h.
+- Halt in a profile mode is no violation, and neither are bits 4 to 6 in velocity mode (2) if they are not all 1.
+- A velocity with an active internal limit (bit 11 of the status word) is an info: a winder or a clamp works so.
+
+If the axis follows again later, the finding stays, and the capture passes.
 
 ## Example
 tests/rules/drive-not-following/violates.trace: the axis stands still.
@@ -141,7 +148,10 @@ class DriveNotFollowing final : public AxisRule {
       }
       return;
     }
-    if (record.fact == progress::AxisFact::kHomingStands) return;
+    if (record.fact == progress::AxisFact::kHomingStands) {
+      finding.Set("travel", arg::Number(progress::Magnitude(record.b)));
+      return;
+    }
     if (record.control && (*record.control >> progress::kHaltBit & 1U) != 0) finding.Set("halted", arg::Flag());
     const bool velocity = record.quantity == progress::Quantity::kVelocity;
     finding.Set("quantity", arg::Of(velocity ? kVelocity : kPosition));
@@ -159,7 +169,7 @@ class DriveNotFollowing final : public AxisRule {
     return std::nullopt;
   }
 
-  static constexpr Word kActual{"actual-value", "the actual value of the axis (6064h, 606Ch)"};
+  static constexpr Word kActual{"actual-value", "the actual value of the axis (6064h, 606Ch, 6044h)"};
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveNotFollowing>};

@@ -24,8 +24,7 @@ constexpr FindingKind kJump{
     .message =
         R"(In {frame} the target position (607Ah) goes from {from} to {target} in one cycle; before, it changed by at most
 {step} in a cycle. The drive then shows status word {status_word} ({shown_frame})[ and reports {reason}].)",
-    .next =
-        "Limit the change of the target in a cycle to what the axis can do, also when the trajectory is computed again.",
+    .next = "Limit the change of the target in a cycle to what the axis can do, also after a change of the trajectory.",
     .identity = ""};
 
 constexpr FindingKind kEcho{
@@ -33,8 +32,8 @@ constexpr FindingKind kEcho{
     .title = "The target position only repeats the position actual value",
     .message =
         R"(From {frame} to {shown_frame} ({lasted_ms}) the target position (607Ah) is the actual value (6064h) of the cycle
-before, in {changes}. The drive is enabled, and the axis moves by {travel} in between. It holds no
-position, but goes wherever a force pushes it.)",
+before, in {changes}. The drive is enabled, and the axis moves by {travel} in between. Such a target gives the
+drive no position to hold, unless the axis is moved by hand on purpose.)",
     .next =
         "Stop copying the actual value into the target when the drive is enabled, and continue from the last target.",
     .identity = ""};
@@ -44,8 +43,11 @@ constexpr FindingKind kOutside{
     .title = "Target position {target} is beyond the software limit {limit} (607Dh)",
     .message =
         R"(The target position (607Ah) is {target} from {frame} on, for {lasted_ms} ({shown_frame}). The software position
-limit (607Dh) in the capture is {limit}. The drive does not go there.)",
-    .next = "Change the target, or the limits in 607Dh.",
+limit (607Dh) in the capture is {limit}.[{?followed} The axis goes there all the same: its position actual value is
+{actual}.][{?standing} The position actual value is {actual}.][{?unseen} The position actual value is not in the capture.])",
+    .next =
+        "[{?followed}Check the unit of 607Dh, and whether the drive uses it before homing.]"
+        "[{!followed}Change the target, or the limits in 607Dh.]",
     .identity = ""};
 
 constexpr const FindingKind* kKinds[] = {&kAtEnable, &kJump, &kEcho, &kOutside};
@@ -69,7 +71,9 @@ The axis runs to a wrong target at full speed, or stops with a following error.
 A jump is more than 50 times what the target changes in a cycle otherwise, at least 500 increments, and something
 comes of it within 500 ms: the axis runs there, the drive faults or shows a following error. An echo is a target
 that equals the actual value of the cycle before in 50 changes in a row, over at least 500 ms, while the axis moves.
-Limits count if they were read or written by SDO.
+A change of its speed has to be among them. It is inferred: an axis may be moved by hand on purpose.
+Limits count if they were read or written by SDO. If the axis goes beyond them, or 6064h is not in the capture, the
+finding is an info.
 
 ## Example
 tests/rules/drive-setpoint-jump/violates.trace: the target is 0 when the drive is enabled.
@@ -106,6 +110,8 @@ class DriveSetpointJump final : public AxisRule {
         return;
       default:
         finding.Set("target", arg::Number(record.a)).Set("limit", arg::Number(record.b));
+        if (record.followed || !record.healthy) finding.Set("actual", arg::Number(record.c));
+        finding.Set(record.followed ? "followed" : record.healthy ? "unseen" : "standing", arg::Flag());
         return;
     }
   }

@@ -17,8 +17,9 @@ constexpr FindingKind kWarning{
     .name = "warning",
     .title = "The drive shows a warning (status bit 7)[: {reason}]",
     .message =
-        "Bit 7 (warning) of the status word is 1 in {frame} ({status_word}).[ The drive reports {reason} in "
-        "{reason_frame}.][{!reason} The capture does not show which warning it is.]",
+        "Bit 7 (warning) of the status word is 1 in {frame} ({status_word})."
+        "[ The emergency message of {reason_frame} reports {reason}. Only its time connects it with the warning.]"
+        "[{!reason} The capture does not show which warning it is.]",
     .next =
         "[{?reason}Look this warning up in the manual of the drive.][{!reason}Read 603Fh and 1003h:1 from the drive.]",
     .identity = "reason"};
@@ -40,8 +41,12 @@ Bit 7 of the status word, and what the drive reports at the same time: an emerge
 A warning often comes before the fault that stops the axis: temperature, load, a fan, the encoder battery.
 
 ## How it is decided
-The bit rises, or is set when the drive is first seen. An emergency counts as its reason if it came up to one second
-before.
+The bit rises, or is set when the drive is first seen. An emergency counts as its reason, and the finding is inferred,
+if all of this holds:
+
+- it came up to 1 s before
+- its code is no documented fault
+- the slave has one axis: an emergency does not name its axis
 
 ## Example
 tests/rules/drive-warning/violates.trace
@@ -58,9 +63,11 @@ class DriveWarningRule final : public Rule {
   }
 
   void On(const mailbox::Emergency& e) {
+    const events::EmergencyInfo info = events::FindEmergency(context().slave(e.slave).profile, e.data.error_code);
+    const bool numbered = info.code != nullptr && !info.code->id.empty();  // classes of codes cover both
     if (e.data.error_code == 0) {
       last_.erase(e.slave);
-    } else {
+    } else if (!numbered || info.code->kind != device::EmergencyKind::kFault) {
       last_.insert_or_assign(e.slave, std::pair(e.frame, e.data.error_code));
     }
   }
@@ -73,7 +80,8 @@ class DriveWarningRule final : public Rule {
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
     finding.Set("status_word", arg::Hex(e.word));
     const auto known = last_.find(e.slave);
-    if (known != last_.end() && IsRecent(known->second.first, e.frame)) {
+    if (known != last_.end() && IsRecent(known->second.first, e.frame) && AxesOf(e.slave) <= 1) {
+      finding.confidence = Confidence::kInferred;
       model::DriveFaultExplained reason;
       reason.code = known->second.second;
       finding.Set("reason", arg::Text(FaultText(*context().slave(e.slave).profile, reason)));
@@ -89,6 +97,12 @@ class DriveWarningRule final : public Rule {
   }
 
  private:
+  [[nodiscard]] unsigned AxesOf(SlaveId slave) const {
+    unsigned axes = 0;
+    context().slave(slave).drives.ForEachSeen([&axes](const model::DriveUnit&) { ++axes; });
+    return axes;
+  }
+
   static bool IsRecent(const FrameRef& emergency, const FrameRef& frame) {
     constexpr TimeNs kRecentNs = 1'000'000'000;
     return !emergency.has_time || !frame.has_time || frame.time - emergency.time <= kRecentNs;

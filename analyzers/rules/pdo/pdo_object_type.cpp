@@ -58,10 +58,12 @@ The drive sends as many bits as its object has. All that follows in the process 
 although lengths and working counters are right.
 
 ## How it is decided
-The type comes from the slave's own dictionary, its ESI or manual. For a drive whose control and status word are
-mapped, the types of CiA 402 count for all other objects. A difference of 6061h counts if the process data held the
-other value for at least 100 ms. A wrong length alone is a warning: some slaves fill the entry. It is an error if
-6061h differs as well.
+- The type comes from the slave's own dictionary, its ESI or manual. A wrong length is a warning: some slaves fill the
+  entry.
+- If none of them has the object, and the axis shows a control or status word, the type of CiA 402 counts. A wrong
+  length is then an inferred info: the slave accepted the mapping, and its object may be longer than in the standard.
+- A difference of 6061h counts if the process data held the other value for at least 100 ms.
+- A wrong length is an error if 6061h differs as well.
 
 ## Example
 tests/rules/pdo-object-type/violates.trace: 6077h with 32 bits.
@@ -126,8 +128,10 @@ class PdoObjectType final : public Rule {
         finding.Set("differs_frame", arg::Frame(differs->frame.number));
         AddRelated(finding, differs->frame.number);
       }
+      if (standard && differs == nullptr) finding.confidence = Confidence::kInferred;
+      const Severity alone = standard ? Severity::kInfo : Severity::kWarning;
       const std::uint64_t key = std::uint64_t{signal.index} << 8U | signal.subindex;
-      (void)Report(key, differs != nullptr ? Severity::kError : Severity::kWarning, std::move(finding));
+      (void)Report(key, differs != nullptr ? Severity::kError : alone, std::move(finding));
     }
     return wrong;
   }
@@ -149,7 +153,7 @@ class PdoObjectType final : public Rule {
   /// The slave's own word where there is one; 0: not known.
   static std::uint16_t BitsOfType(const model::SlaveModel& slave, const model::Signal& signal, bool& standard) {
     const std::uint16_t own = device::BitsOf(device::DataTypeFromCode(static_cast<std::uint16_t>(signal.type)));
-    if (own != 0) return own;
+    if (own != 0 && !signal.type_standard) return own;
     const auto axis = progress::AxisOf(signal.index);
     if (!axis || !slave.profile->drive || !slave.drives.seen()) return 0;
     const auto seen = [&](const model::DriveUnit& unit) { return unit.axis() == axis->first; };

@@ -116,6 +116,91 @@ TEST(ProgressLadder, FaultInOperationLosesTheRungs) {
   EXPECT_EQ(RuleOf(result, axis, "no-fault"), "drive-setpoint-jump");  // the cause of the fault
 }
 
+// What stands at the end decides.
+TEST(ProgressLadder, FaultThatWasResetHoldsNothing) {
+  const AnalysisResult result = AnalyseRule("drive-not-enabled/violates-19");
+  const Ladder& axis = AxisOf(result);
+  EXPECT_EQ(StatusOf(axis, "no-fault"), "reached");
+  EXPECT_EQ(RuleOf(result, axis, "no-fault"), "");
+  EXPECT_EQ(StatusOf(axis, "enabled"), "reached");
+  EXPECT_EQ(axis.Failed(), nullptr);
+  for (const Finding& finding : result.findings) EXPECT_EQ(finding.holds, "") << finding.rule;
+}
+
+TEST(ProgressLadder, FaultBeforeInitIsNotKnownToStand) {
+  const AnalysisResult result = AnalyseRule("drive-fault/violates-14");
+  EXPECT_EQ(StatusOf(AxisOf(result), "no-fault"), "unknown");
+  EXPECT_EQ(WhyOf(AxisOf(result), "no-fault"), "no-status-word");
+}
+
+TEST(ProgressLadder, AxisThatFollowsAgainFollows) {
+  for (const char* const name : {"violates-12", "violates-13", "violates-14"}) {
+    const AnalysisResult result = AnalyseRule(std::string("drive-not-following/") + name);
+    EXPECT_EQ(StatusOf(AxisOf(result), "follows"), "reached") << name;
+    ASSERT_FALSE(result.findings.empty()) << name;
+    for (const Finding& finding : result.findings) EXPECT_EQ(finding.holds, "") << name << " " << finding.rule;
+  }
+}
+
+TEST(ProgressLadder, HaltThatWasClearedHoldsNothing) {
+  const AnalysisResult result = AnalyseRule("drive-not-commanded/complies-13");
+  EXPECT_EQ(StatusOf(AxisOf(result), "commanded"), "reached");
+  EXPECT_EQ(StatusOf(AxisOf(result), "follows"), "reached");
+}
+
+TEST(ProgressLadder, VoltageThatCameLateHoldsNoStopAfterIt) {
+  const AnalysisResult result = AnalyseRule("drive-not-enabled/violates-17");
+  const Ladder& axis = AxisOf(result);
+  EXPECT_EQ(StatusOf(axis, "voltage"), "reached");
+  ASSERT_NE(axis.Find("voltage"), nullptr);
+  EXPECT_TRUE(axis.Find("voltage")->until.seen());
+  EXPECT_EQ(StatusOf(axis, "enabled"), "reached");
+  EXPECT_EQ(axis.Failed(), nullptr);
+}
+
+TEST(ProgressLadder, FaultOfOneAxisHoldsNoOther) {
+  const AnalysisResult result = AnalyseRule("drive-fault/violates-13");
+  ASSERT_EQ(result.slaves.size(), 1U);
+  ASSERT_EQ(result.slaves[0].axes.size(), 2U);
+  EXPECT_EQ(result.slaves[0].axes[0].ladder.Failed(), nullptr);
+  const Ladder& faulty = result.slaves[0].axes[1].ladder;
+  EXPECT_EQ(StatusOf(faulty, "no-fault"), "lost");
+  EXPECT_EQ(RuleOf(result, faulty, "no-fault"), "drive-fault");
+}
+
+TEST(ProgressLadder, StopsOfTheMasterFailNothing) {
+  for (const char* const name : {"complies-10", "complies-11", "complies-12", "complies-13"}) {
+    const AnalysisResult result = AnalyseRule(std::string("drive-not-enabled/") + name);
+    const Ladder& axis = AxisOf(result);
+    EXPECT_EQ(StatusOf(axis, "enabled"), "reached") << name;
+    ASSERT_NE(axis.Find("enabled"), nullptr) << name;
+    EXPECT_TRUE(axis.Find("enabled")->until.seen()) << name;
+    EXPECT_EQ(axis.Failed(), nullptr) << name;
+    EXPECT_EQ(result.slaves.at(0).progress.Failed(), nullptr) << name;
+  }
+}
+
+TEST(ProgressLadder, ModeThatTheCaptureCutsOffIsUnknown) {
+  const AnalysisResult result = AnalyseRule("drive-mode-not-shown/complies-2");
+  EXPECT_EQ(StatusOf(AxisOf(result), "mode"), "unknown");
+  EXPECT_EQ(WhyOf(AxisOf(result), "mode"), "capture-ends");
+}
+
+TEST(ProgressLadder, DatagramsOfOneFrameAreOneStepOfTheAxis) {
+  for (const char* const name : {"complies-15", "complies-16"}) {
+    const AnalysisResult result = AnalyseRule(std::string("drive-not-following/") + name);
+    EXPECT_EQ(StatusOf(AxisOf(result), "enabled"), "reached") << name;
+    EXPECT_EQ(StatusOf(AxisOf(result), "follows"), "reached") << name;
+  }
+}
+
+TEST(ProgressLadder, InferredFindingDecidesNothing) {
+  const AnalysisResult result = AnalyseRule("drive-setpoint-jump/violates-3");
+  ASSERT_EQ(result.findings.size(), 1U);
+  EXPECT_EQ(result.findings[0].confidence, Confidence::kInferred);
+  EXPECT_EQ(result.findings[0].holds, "");
+}
+
 TEST(ProgressLadder, StartBitHoldsTheMotion) {
   const AnalysisResult result = AnalyseRule("drive-not-commanded/violates");
   const Ladder& axis = AxisOf(result);
