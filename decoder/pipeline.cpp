@@ -29,6 +29,7 @@ class Fork final : public bus::BusSink {
   void OnDuplicate(const wire::FrameView& returned, FrameNo original) override {
     network_.OnDuplicate(returned, original);
   }
+  void OnRepeated(const bus::RepeatedFrame& repeated) override { network_.OnRepeated(repeated); }
   void OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) override {
     network_.OnUnusable(frame, reason, own_master);
   }

@@ -324,6 +324,12 @@ bool RequestsOp(const RuleContext&, const Finding& effect) {
   return StateOf(effect, "requested") == static_cast<std::int64_t>(esc::AlState::OP);
 }
 
+/// The master gave up a transfer of that slave because its frame came back late: what it read of the mapping is not
+/// all.
+bool TransferGivenUp(const Finding& effect, const Finding& cause) {
+  return NumberOf(cause, "slave_of_mailbox") == static_cast<std::int64_t>(effect.slave);
+}
+
 /// Without the fault there would be nothing to reset.
 bool NeedsFault(const RuleContext&, const Finding& effect) {
   return effect.kind != nullptr && (effect.kind->name == "fault-stays" || effect.kind->name == "reset-missing");
@@ -412,6 +418,9 @@ constexpr std::array kLaws{
     Law{"al-refused", "sdo-abort", kLater, NamesSyncSettings, Bus::kNo, SyncSettingRefused},
     Law{"al-refused", "sdo-abort", kLater, NamesModules, Bus::kNo, ModuleListRefused},
     Law{"pdo-assign-order", "sdo-abort", kLater, nullptr, Bus::kNo, CountRefused},
+    Law{"sm-process-config", "frame-repeated", kSoon, nullptr, Bus::kYes, TransferGivenUp, true},
+    Law{"pdo-length-mismatch", "frame-repeated", kSoon, nullptr, Bus::kYes, TransferGivenUp, true},
+    Law{"sdo-incomplete", "frame-repeated", kSoon, nullptr, Bus::kYes, TransferGivenUp, true},
 };
 
 /// What is worth a warning only (half of a watchdog's time) has no error as its consequence.

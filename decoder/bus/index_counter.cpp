@@ -64,6 +64,15 @@ void IndexCounter::LearnStride(std::uint8_t first) noexcept {
   other_seen_ = 0;
 }
 
+/// Where every datagram has a number, the frames between are taken to have as many as the last one.
+std::uint8_t IndexCounter::FramesBefore(std::uint8_t first) const noexcept {
+  const std::uint32_t whole = ends_ > 0 ? round() : 256;
+  const unsigned step =
+      each_ && last_ > last_first_ ? unsigned{last_} - last_first_ + 1 : std::max<unsigned>(stride_, 1);
+  const std::uint32_t ahead = (first % whole + 2 * whole - last_first_ % whole) % whole;
+  return static_cast<std::uint8_t>(ahead > step ? (ahead - 1) / step : 0);
+}
+
 /// Left out, until the frame after it shows that it was one of the numbers.
 IndexCounter::Step IndexCounter::FollowUnnumbered(std::uint8_t first, std::uint8_t last) noexcept {
   aside_ = true;
@@ -105,6 +114,7 @@ IndexCounter::Step IndexCounter::FollowAny(std::uint8_t first, std::uint8_t last
   if (MayBeNoNumber(first) && !is_number && first != last_first_) return FollowUnnumbered(first, last);
   aside_ = false;
   Note(false);
+  skipped_ = FramesBefore(first);
   const bool back = first < last_first_;
   const bool begins = first <= lowest_ || (ends_ > 0 && first == begin_);
   Step step = Step::kOdd;

@@ -42,6 +42,8 @@ class IndexCounter {
     return steps_ >= kEnough && (steps_ - unsigned{regular_}) * kOneOddIn <= steps_;
   }
   [[nodiscard]] bool IsNext(std::uint8_t first) const noexcept { return any_ && Follows(first); }
+  /// Of the last odd step: how many frames at least would lie between, if the counter had gone on.
+  [[nodiscard]] std::uint32_t skipped() const noexcept { return skipped_; }
   /// How many frames further the index is the same again, as far as seen; never 0.
   [[nodiscard]] std::uint32_t round() const noexcept;
   /// True when the index follows the last one, by at most `count`.
@@ -69,6 +71,7 @@ class IndexCounter {
   [[nodiscard]] Step FollowUnnumbered(std::uint8_t first, std::uint8_t last) noexcept;
   void LearnEnd(std::uint8_t begin) noexcept;
   void LearnStride(std::uint8_t first) noexcept;
+  [[nodiscard]] std::uint8_t FramesBefore(std::uint8_t first) const noexcept;
   void Note(bool regular) noexcept {
     constexpr std::uint32_t kAllButOldest = 0x7FFF'FFFF;
     if (history_ > kAllButOldest) --regular_;
@@ -89,6 +92,7 @@ class IndexCounter {
   std::uint8_t stride_ = 1;
   std::uint8_t other_stride_ = 0;  ///< seen instead ...
   std::uint8_t other_seen_ = 0;    ///< ... so often in a row
+  std::uint8_t skipped_ = 0;       ///< see skipped()
   std::uint8_t end_ = 0;           ///< the last index before it restarts ...
   std::uint8_t begin_ = 0;         ///< ... at this one; both only where ends_ is not 0
   std::uint8_t ends_ = 0;          ///< how often that was seen

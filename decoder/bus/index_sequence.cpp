@@ -1,5 +1,6 @@
 #include "decoder/bus/index_sequence.h"
 
+#include <algorithm>
 #include <bit>
 #include <utility>
 
@@ -36,6 +37,8 @@ IndexSequence::Evidence IndexSequence::Ask(Counter& counter, std::uint8_t first,
   if (step == IndexCounter::Step::kUnknown || excused) return Evidence::kNothing;
   verdict.begins = verdict.begins || step == IndexCounter::Step::kBegins;
   if (!regular || !proven()) return Evidence::kOdd;
+  // Of all frames, if they share one; else of fewer.
+  if (!verdict.broken) verdict.skipped = counter.indices.skipped();
   verdict.broken = true;
   return Evidence::kNothing;
 }
@@ -63,8 +66,9 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   const bool same = any_ && first == last_first_;
   repeats_ = same;
   if (repeats && same) return Step::kUnknown;
+  was_next_ = false;
   const bool any = std::exchange(any_, true);
-  last_first_ = first;
+  const Left before{std::exchange(last_first_, first), std::exchange(last_last_, last)};
   const std::size_t number = KindOf(frame);
   Kind& kind = kinds_[number];
   Counter& half = halves_[IsLogical(number) ? 0 : 1];
@@ -81,13 +85,16 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   const bool same_in_half = std::exchange(half.last, first) == first;
   const bool same_of_kind = std::exchange(kind.own.last, first) == first;
   if (verdict.next) {
-    continued_ = true;
+    continued_ = was_next_ = true;
     // Nearly always. What the others make of it does not matter.
     (void)half.indices.Follow(first, last);
     half.break_ = kind.own.break_ = break_;
     (void)kind.own.indices.Follow(first, last);
     return Step::kNext;
   }
+  // Two programs with a counter of their own each send in turn.
+  const bool goes_on = left_ && !same && left_->IsBefore(first);
+  if (!same) left_ = before;
   const Evidence by_half = Ask(half, first, last, verdict, [&] { return kind.in_half >= kProven; });
   Prove(by_half, kind.in_half);
   if (verdict.next) span_ = half.indices.round();
@@ -96,11 +103,15 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   continued_ = by_all == Evidence::kFollows || by_half == Evidence::kFollows || by_own == Evidence::kFollows;
   loose_ = any && !same && !same_in_half && !same_of_kind && !continued_;
   if (verdict.next) {
+    was_next_ = true;
     if (!next_in_half) span_ = kind.own.indices.round();
     return Step::kNext;
   }
+  was_next_ = goes_on;
+  if (goes_on) return Step::kNext;
   if (!verdict.broken) return Step::kUnknown;
   ++break_;
+  skipped_ = verdict.skipped;
   all_.break_ = half.break_ = kind.own.break_ = break_;
   // Who begins from the lowest with a command to all slaves sets up the bus.
   return verdict.begins && wire::IsBroadcast(frame[0].command()) ? Step::kUnknown : Step::kBroken;
@@ -121,6 +132,12 @@ bool IndexSequence::IsNumbered(const wire::FrameView& frame) const noexcept {
   const std::size_t number = KindOf(frame);
   return all_.indices.IsRegular() || halves_[IsLogical(number) ? 0 : 1].indices.IsRegular() ||
          kinds_[number].own.indices.IsRegular();
+}
+
+bool IndexSequence::NumbersAny() const noexcept {
+  const auto regular = [](const Kind& kind) { return kind.own.indices.IsRegular(); };
+  return all_.indices.IsRegular() || halves_[0].indices.IsRegular() || halves_[1].indices.IsRegular() ||
+         std::any_of(kinds_.begin(), kinds_.end(), regular);
 }
 
 bool IndexSequence::IsAfter(const wire::FrameView& frame, std::uint64_t count) const noexcept {

@@ -40,10 +40,16 @@ class IndexSequence {
   [[nodiscard]] bool IsNext(const wire::FrameView& frame) const noexcept;
   /// True when the index lies at most `count` after the last one: what was sent before that.
   [[nodiscard]] bool IsAfter(const wire::FrameView& frame, std::uint64_t count) const noexcept;
+  /// True when the last frame had the number that was next, repetitions of it left out.
+  [[nodiscard]] bool was_next() const { return was_next_; }
+  /// After kBroken: how many frames at least are missing, if any.
+  [[nodiscard]] std::uint32_t skipped() const { return skipped_; }
   /// How many indices the master uses, as far as seen. After this number of frames the next one has the same again.
   [[nodiscard]] std::uint32_t span() const { return span_; }
   /// True when the frames are numbered: equal indices one after the other are then no chance.
   [[nodiscard]] bool IsNumbered(const wire::FrameView& frame) const noexcept;
+  /// True when frames of some kind are numbered.
+  [[nodiscard]] bool NumbersAny() const noexcept;
 
  private:
   /// A counter is one of a kind of frames when it was continued so often by them, without a miss between.
@@ -69,6 +75,7 @@ class IndexSequence {
     bool next = false;
     bool broken = false;
     bool begins = false;
+    std::uint32_t skipped = 0;  ///< by the first counter that is broken
   };
 
   [[nodiscard]] static std::size_t KindOf(const wire::FrameView& frame) noexcept;
@@ -82,12 +89,26 @@ class IndexSequence {
   [[nodiscard]] bool SharesLikeOthers(std::size_t kind, std::uint8_t first) const noexcept;
   static void Prove(Evidence evidence, std::uint8_t& proven) noexcept;
 
+  /// First and last index of a frame.
+  struct Left {
+    std::uint8_t first;
+    std::uint8_t last;
+
+    [[nodiscard]] bool IsBefore(std::uint8_t index) const noexcept {
+      return index == static_cast<std::uint8_t>(first + 1U) || index == static_cast<std::uint8_t>(last + 1U);
+    }
+  };
+
   bool any_ = false;
   bool loose_ = false;
   bool continued_ = false;
   bool repeats_ = false;
+  bool was_next_ = false;
   std::uint8_t last_first_ = 0;  ///< of the first datagram of the last frame
+  std::uint8_t last_last_ = 0;   ///< ... and of its last one
+  std::optional<Left> left_;     ///< of the frame before the last one that did not continue the counter of all
   std::uint32_t span_ = 1;
+  std::uint32_t skipped_ = 0;
   std::uint32_t break_ = 0;  ///< counts places after which no counter need go on
   Counter all_;
   std::array<bool, 2> met_{};                 ///< a frame of that half

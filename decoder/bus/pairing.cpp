@@ -204,10 +204,24 @@ Pairing::Owner Pairing::OwnerOf(const wire::FrameView& returned) const noexcept 
 /// back unseen.
 GapBefore Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats, Copy copy) noexcept {
   Rhythm& rhythm = senders_[sender].rhythm;
-  const IndexSequence::Step step = rhythm.indices.Follow(frame, repeats != Repeats::kNo);
+  // Masters that do not number their frames send the same again and again.
+  const bool again = repeats == Repeats::kAnswered && rhythm.indices.was_next() &&
+                     HasWaited(rhythm.last, frame.ref()) &&
+                     Elapsed(rhythm.last.time, frame.ref().time) <= kLongestTimeOutNs;
+  if (again) {
+    const Slot& before = At(senders_[sender].newest - 1);
+    sink_.OnRepeated({frame, before.view.ref(), frame.ref(), before.returned, typical_round_trip_ns_});
+  }
+  const bool repeated = again || repeats == Repeats::kIndex || repeats == Repeats::kAll;
+  const IndexSequence::Step step = rhythm.indices.Follow(frame, repeated);
   if (rhythm.indices.loose()) statistics_.last_loose = frame.ref().number;
   const FrameRef last = std::exchange(rhythm.last, frame.ref());
   if (step == IndexSequence::Step::kBroken) {
+    // What was not sent cannot be missing: another program has a counter of its own, or the master skips numbers.
+    if (copy == Copy::kPlain && !AnyInFlight(sender) && !HasTimeFor(rhythm, last, frame.ref())) {
+      ++statistics_.skips;
+      return GapBefore::kNone;
+    }
     if (statistics_.gaps++ == 0) statistics_.first_gap = frame.ref();
     OnGap(sender);
     return GapBefore::kCertain;
@@ -220,9 +234,9 @@ GapBefore Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Rep
   if (!last.has_time || !frame.ref().has_time) return GapBefore::kNone;
   const bool goes_on = step == IndexSequence::Step::kNext;
   const std::int64_t apart = Elapsed(last.time, frame.ref().time);
-  // It was the time-out of a master that waits for its frame, whose index is never twice the same else.
-  const bool waited = apart > kCopyNs && apart / 2 > typical_round_trip_ns_;
+  const bool waited = HasWaited(last, frame.ref());
   if (repeats == Repeats::kAll && waited) ++statistics_.repeated_unanswered;
+  if (again) return GapBefore::kNone;
   const bool cyclic = !frame.empty() && wire::IsLogical(frame[0].command());
   if (repeats == Repeats::kAll && waited && (rhythm.indices.IsNumbered(frame) || (apart <= kRetryNs && !cyclic))) {
     return GapBefore::kNone;
@@ -249,6 +263,33 @@ GapBefore Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Rep
   // A master that waits for a frame until its time-out is silent, too.
   if (!goes_on || apart > kSilentNs) DoubtInFlight(sender, Undecided::kSilence);
   return GapBefore::kPossible;
+}
+
+/// True when a master may have waited for one frame before it sent the other: longer than frames take.
+bool Pairing::HasWaited(const FrameRef& before, const FrameRef& now) const noexcept {
+  if (!before.has_time || !now.has_time) return false;
+  const std::int64_t apart = Elapsed(before.time, now.time);
+  return apart > kCopyNs && apart / 2 > typical_round_trip_ns_;
+}
+
+/// True when the frames whose indices are skipped could be sent from one frame to the other, as fast as the wire or the
+/// master permits. Stamps too coarse for round trips show nothing.
+bool Pairing::HasTimeFor(const Rhythm& rhythm, const FrameRef& from, const FrameRef& to) const noexcept {
+  if (!from.has_time || !to.has_time || typical_round_trip_ns_ == 0 || typical_round_trip_ns_ > kMaxRoundTripNs) {
+    return true;
+  }
+  if (ClockJumps(from.time, to.time)) return true;
+  const bool known = rhythm.longest_before_ns > 0;
+  const std::int64_t each = std::max(known ? rhythm.shortest_ns / 2 : 0, kShortestFrameNs);
+  return rhythm.indices.skipped() * each <= 2 * Elapsed(from.time, to.time) + kStampsNs;
+}
+
+bool Pairing::AnyInFlight(std::uint8_t sender) noexcept {
+  for (std::uint64_t s = tail_; s != head_; ++s) {
+    const Slot& slot = At(s);
+    if (slot.state == SlotState::kOpen && slot.sender == sender && !slot.copy) return true;
+  }
+  return false;
 }
 
 /// True when no more frames fit between one and the return of another than the one that came back.
@@ -360,11 +401,14 @@ bool Pairing::ProvesGap(const Sender& sender, const wire::FrameView& orphan) con
 
 Pairing::Repeats Pairing::RepeatsLast(std::uint8_t sender, std::uint64_t key, ByteSpan kept) noexcept {
   const std::uint64_t newest = senders_[sender].newest;
-  if (newest <= tail_) return Repeats::kNo;
+  // Slots of answered frames are used again after that.
+  if (newest == 0 || newest + kDuplicateFrames <= head_) return Repeats::kNo;
   const Slot& before = At(newest - 1);
-  if (before.state != SlotState::kOpen || before.key != key) return Repeats::kNo;
-  return std::equal(before.bytes.begin(), before.bytes.end(), kept.begin(), kept.end()) ? Repeats::kAll
-                                                                                        : Repeats::kIndex;
+  const bool answered = before.state == SlotState::kAnswered;
+  if ((before.state != SlotState::kOpen && !answered) || before.key != key) return Repeats::kNo;
+  const bool all = std::equal(before.bytes.begin(), before.bytes.end(), kept.begin(), kept.end());
+  if (answered) return all ? Repeats::kAnswered : Repeats::kNo;
+  return all ? Repeats::kAll : Repeats::kIndex;
 }
 
 void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool before_first_return) noexcept {
@@ -513,7 +557,9 @@ Pairing::Slot* Pairing::FindOpen(const wire::FrameView& frame, std::uint64_t key
     const std::int64_t age_second = Elapsed(second.time, frame.ref().time);
     // Before the first pair nothing is known but that no frame is in flight for so long.
     if (typical_round_trip_ns_ == 0) return age_first > kSilentNs && age_first / 8 > age_second ? newest : oldest;
-    if (age_first / 8 > typical_round_trip_ns_ && age_second > typical_round_trip_ns_ / 2) return newest;
+    // Where the answer of the last one is late as well, something held them all: then they come back in order.
+    const bool late = age_second / 8 > typical_round_trip_ns_;
+    if (age_first / 8 > typical_round_trip_ns_ && age_second > typical_round_trip_ns_ / 2 && !late) return newest;
   }
   return oldest;
 }
@@ -831,11 +877,15 @@ void Pairing::HandOver(BusTransaction&& transaction) noexcept {
 void Pairing::AnswerInFlight(Slot& slot, const wire::FrameView& frame) noexcept {
   DoubtOvertakenBy(slot);
   const FrameRef& sent = slot.view.ref();
-  const bool other = MayAnswerLater(slot, frame);
+  const FrameRef again = RepeatedSince(slot);
+  const bool other = !again.seen() && MayAnswerLater(slot, frame);
+  if (again.seen() && HasWaited(sent, again) && senders_[slot.sender].rhythm.indices.was_next()) {
+    sink_.OnRepeated({slot.view, sent, again, frame.ref(), typical_round_trip_ns_});
+  }
   if (sent.has_time && frame.ref().has_time) {
     const std::int64_t round_trip = Elapsed(sent.time, frame.ref().time);
     if (round_trip == 0) ++statistics_.identical_stamps;
-    if (round_trip > 0 && slot.overtaken == 0 && !other) {
+    if (round_trip > 0 && slot.overtaken == 0 && !other && !again.seen()) {
       typical_round_trip_ns_ = typical_round_trip_ns_ == 0
                                    ? round_trip
                                    : typical_round_trip_ns_ + (round_trip - typical_round_trip_ns_) / 16;
@@ -848,6 +898,19 @@ void Pairing::AnswerInFlight(Slot& slot, const wire::FrameView& frame) noexcept 
   HandOver({&slot.view, &frame, false, gap});
   ReportLost(slot.sequence);
   DropAnsweredTail();
+}
+
+/// When the master sent the same frame again, if it has sent nothing else since: it was waiting for this one. Not seen:
+/// it was not.
+FrameRef Pairing::RepeatedSince(const Slot& slot) noexcept {
+  FrameRef again;
+  for (std::uint64_t s = slot.sequence + 1; s < head_; ++s) {
+    const Slot& later = At(s);
+    if (later.sender != slot.sender) continue;
+    if (later.key != slot.key || later.copy || later.bytes != slot.bytes) return {};
+    if (!again.seen()) again = later.view.ref();
+  }
+  return again;
 }
 
 /// True when it comes back so late, and numbers show so little, that it may answer a frame like it which the capture
@@ -994,6 +1057,8 @@ void Pairing::Finish() noexcept {
       Lose(slot, Loss::kSilence);
     }
   }
+  statistics_.numbered =
+      std::any_of(senders_.begin(), senders_.end(), [](const Sender& s) { return s.rhythm.indices.NumbersAny(); });
   drops_.Finish();
   statistics_.dropped_every = drops_.distance();
   const std::uint64_t left_out = std::min(drops_.returns(), statistics_.lost);

@@ -35,6 +35,7 @@ namespace ecaudit::bus {
 
 struct PairingStatistics {
   FrameNo last_loose = 0;  ///< frame whose index does not show that it is the next one; 0: there was none
+  bool numbered = false;   ///< some master numbers its frames; complete at the end
   std::uint64_t outbound = 0;
   std::uint64_t returned = 0;
   std::uint64_t paired = 0;
@@ -66,6 +67,7 @@ struct PairingStatistics {
   std::uint64_t other_bus = 0;            ///< of these, on interfaces that were at another bus
   std::uint64_t other_bus_interface = 0;  ///< the first of those interfaces
   std::uint64_t repeated_unanswered = 0;  ///< the frame before once more, which had not come back
+  std::uint64_t skips = 0;                ///< places where the indices skip, but no time was left for frames between
   std::uint64_t dropped_every = 0;        ///< the recorder regularly left out one packet in this number; 0: it did not
   std::uint64_t stamped_first = 0;        ///< pairs whose return is stamped before the frame was sent
   bool one_port = false;                  ///< of a redundant line was captured: what it sends comes back at the other
@@ -111,6 +113,12 @@ class Pairing {
   static constexpr std::int64_t kSilentTimesOfFew = 64;
   /// Masters that do not number their frames repeat them after no longer than this.
   static constexpr std::int64_t kRetryNs = 20'000'000;
+  /// The shortest frame takes this long on the wire, with what lies between frames: 84 bytes at 100 Mbit/s.
+  static constexpr std::int64_t kShortestFrameNs = 6'720;
+  /// By so much the distance of two stamps may be too short.
+  static constexpr std::int64_t kStampsNs = 100'000;
+  /// No master waits longer for a frame before it sends it again.
+  static constexpr std::int64_t kLongestTimeOutNs = 100'000'000;
   /// An outbound frame directly after an equal one, and no later than this, may be the same packet captured twice.
   static constexpr std::int64_t kCopyNs = 50'000;
   /// Slaves passed by a frame in which no datagram counts them.
@@ -182,8 +190,9 @@ class Pairing {
   /// How an outbound frame looks beside the one that its sender sent before, as far as that one is still in flight.
   enum class Repeats : std::uint8_t {
     kNo,
-    kIndex,  ///< same header: a master may repeat it, changed
-    kAll,    ///< the same once more
+    kIndex,     ///< same header: a master may repeat it, changed
+    kAll,       ///< the same once more
+    kAnswered,  ///< the same once more, although it came back
   };
 
   void PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool before_first_return) noexcept;
@@ -212,6 +221,10 @@ class Pairing {
   enum class Like : std::uint8_t { kIndex, kKey };
   [[nodiscard]] bool WasSent(std::uint8_t sender, const wire::FrameView& frame, Like like) noexcept;
   [[nodiscard]] bool AnyOverdue(std::uint8_t sender, const FrameRef& now) noexcept;
+  [[nodiscard]] bool HasWaited(const FrameRef& before, const FrameRef& now) const noexcept;
+  [[nodiscard]] bool AnyInFlight(std::uint8_t sender) noexcept;
+  [[nodiscard]] bool HasTimeFor(const Rhythm& rhythm, const FrameRef& from, const FrameRef& to) const noexcept;
+  [[nodiscard]] FrameRef RepeatedSince(const Slot& slot) noexcept;
   [[nodiscard]] bool MayAnswerLater(const Slot& slot, const wire::FrameView& returned) const noexcept;
   [[nodiscard]] bool ProvesGap(const Sender& sender, const wire::FrameView& orphan) const noexcept;
   [[nodiscard]] static bool OnlyOneFits(const Rhythm& rhythm, const FrameRef& last, const FrameRef& returned) noexcept;

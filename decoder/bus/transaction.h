@@ -50,6 +50,18 @@ enum class Unusable : std::uint8_t {
   kAltered,    ///< matches a frame in flight but for fields that slaves never change: bits flipped on the wire
 };
 
+/// A frame that was sent again although it was answered, or before its answer came.
+struct RepeatedFrame {
+  const wire::FrameView& frame;  ///< as it was sent
+  FrameRef before;               ///< when it was sent first
+  FrameRef again;                ///< when it was sent again
+  FrameRef returned;             ///< what came back of the first one
+  std::int64_t usual_ns = 0;     ///< round trip of other frames; 0: not known
+
+  /// It came back before it was sent again.
+  [[nodiscard]] bool answered() const { return returned.number < again.number; }
+};
+
 class BusSink {
  public:
   virtual ~BusSink() = default;
@@ -68,6 +80,8 @@ class BusSink {
   /// `returned` is byte for byte what frame `original` already brought back.
   virtual void OnDuplicate(const wire::FrameView& returned, FrameNo original) = 0;
   virtual void OnUnusable(const wire::FrameView& frame, Unusable reason, bool own_master) = 0;
+  /// A master that numbers its frames sent one again, byte for byte.
+  virtual void OnRepeated(const RepeatedFrame& repeated) = 0;
 };
 
 }  // namespace ecaudit::bus

@@ -230,6 +230,9 @@ struct FrameDuplicated {
   FrameNo original = 0;
 };
 
+/// A master that numbers its frames sent one again, byte for byte, although it was answered or before its answer came.
+struct FrameRepeated : bus::RepeatedFrame {};
+
 struct FrameUnusable {
   const wire::FrameView& frame;
   bus::Unusable reason;

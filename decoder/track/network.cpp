@@ -307,6 +307,10 @@ void Network::OnDuplicate(const wire::FrameView& returned, FrameNo original) {
   events_.Publish(FrameDuplicated{returned, original});
 }
 
+void Network::OnRepeated(const bus::RepeatedFrame& repeated) {
+  events_.Publish(FrameRepeated{repeated});
+}
+
 void Network::OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) {
   events_.Publish(FrameUnusable{frame, reason, own_master});
 }

@@ -86,6 +86,7 @@ class Network final : public bus::BusSink {
   void OnDoubtful(const wire::FrameView& sent) override;
   void OnLost(const wire::FrameView& sent, bus::Loss loss, bool followed_by_other) override;
   void OnDuplicate(const wire::FrameView& returned, FrameNo original) override;
+  void OnRepeated(const bus::RepeatedFrame& repeated) override;
   void OnUnusable(const wire::FrameView& frame, bus::Unusable reason, bool own_master) override;
   /// The capture has ended: what is open in mailboxes and EEPROM interfaces is handed out.
   void Finish();

@@ -313,5 +313,39 @@ TEST(IndexSequence, AfterAFrameThatCannotBeReadNothingIsBroken) {
   EXPECT_EQ(sequence.Follow(wire::FrameView::Parse(packet), false), IndexSequence::Step::kUnknown);
 }
 
+/// A poll numbered by each of the numbers, one after the other.
+std::vector<Sent> PollsOf(const std::vector<unsigned>& numbers) {
+  std::vector<Sent> frames;
+  for (const unsigned n : numbers) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(n)});
+  return frames;
+}
+
+TEST(IndexSequence, GoesOnWhereItWasLeftByAnotherProgram) {
+  std::vector<unsigned> numbers;
+  for (unsigned i = 0; i < 40; ++i) numbers.push_back(i);
+  numbers.push_back(150);  // the other program
+  for (unsigned i = 40; i < 50; ++i) numbers.push_back(i);
+  numbers.push_back(151);
+  for (unsigned i = 50; i < 60; ++i) numbers.push_back(i);
+  const std::string steps = Follow(PollsOf(numbers));
+  EXPECT_EQ(std::count(steps.begin(), steps.end(), 'B'), 1) << steps;
+  EXPECT_EQ(steps[40], 'B');
+  EXPECT_EQ(steps[41], 'n');
+  EXPECT_EQ(steps[51], 'n');
+  EXPECT_EQ(steps[52], 'n');
+}
+
+TEST(IndexSequence, SaysHowManyFramesAreMissingAtLeast) {
+  std::vector<unsigned> numbers;
+  for (unsigned i = 0; i < 40; ++i) numbers.push_back(i);
+  numbers.push_back(60);
+  std::uint32_t skipped = 0;
+  Each(PollsOf(numbers), [&](const IndexSequence& sequence, IndexSequence::Step step) {
+    if (step == IndexSequence::Step::kBroken) skipped = sequence.skipped();
+    return '.';
+  });
+  EXPECT_EQ(skipped, 20U);
+}
+
 }  // namespace
 }  // namespace ecaudit::bus::test

@@ -49,6 +49,10 @@ class PairingLog final : public BusSink {
   void OnDuplicate(const wire::FrameView& frame, FrameNo original) override {
     words.push_back("dup " + std::to_string(frame.ref().number) + " of " + std::to_string(original));
   }
+  void OnRepeated(const RepeatedFrame& r) override {
+    repeats.push_back(std::to_string(r.before.number) + "+" + std::to_string(r.returned.number) +
+                      (r.answered() ? " again " : " late after ") + std::to_string(r.again.number));
+  }
   void OnUnusable(const wire::FrameView& frame, Unusable reason, bool own_master) override {
     words.push_back((own_master ? "" : "foreign ") +
                     std::string(reason == Unusable::kAltered ? "altered " : "malformed ") +
@@ -57,6 +61,8 @@ class PairingLog final : public BusSink {
 
   std::vector<std::string> words;
   std::vector<std::string> gaps;  ///< "hole 5+6": frames are missing before frame 5; "silence 5+6": perhaps
+  /// "5+6 again 7": frame 7 is frame 5 once more, which had come back as 6; "5+8 late after 7": it came back then.
+  std::vector<std::string> repeats;
   std::vector<FrameNo> sent;
   std::vector<FrameNo> doubtful;
   std::vector<std::string> before_doubt;  ///< the word before each of them

@@ -924,5 +924,42 @@ TEST(PairingGap, AMasterThatSetsTheBusUpWhenNothingIsInFlightIsAnotherProgram) {
   EXPECT_EQ(result.statistics.paired, 101U);
 }
 
+TEST(PairingGap, IndicesThatSkipWithoutTimeForTheFramesBetweenAreNoGap) {
+  // 60 frames take at least 0.4 ms.
+  const std::string skip = "FPRD 0x1001:0x0130 08 00 idx=100\n" + Numbered(30, 101, 256);
+  EXPECT_THAT(PairUp(Numbered(40, 0, 256) + "+60us " + skip).log.gaps, IsEmpty());
+  EXPECT_EQ(PairUp(Numbered(40, 0, 256) + "+60us " + skip).statistics.skips, 1U);
+  EXPECT_THAT(PairUp(Numbered(40, 0, 256) + "+60ms " + skip).log.gaps, ElementsAre("hole 81+82"));
+}
+
+TEST(PairingGap, IndicesThatSkipWhileAFrameIsInFlightAreAGapHoweverSoon) {
+  const Paired result = PairUp(Numbered(40, 0, 256) + "+1ms FPRD 0x1001:0x0130 08 00 idx=40 @lost\n" +
+                               "+60us FPRD 0x1001:0x0130 08 00 idx=100\n" + Numbered(30, 101, 256));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole 82+83"));
+}
+
+TEST(PairingRepeated, AnAnsweredFrameThatIsSentAgainIsNoGap) {
+  const Paired result =
+      PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8\n" +
+             "+2ms FPRD 0x1001:0x0130 08 00 idx=8\n+2ms FPRD 0x1001:0x0130 08 00 idx=8\n" + Numbered(60, 9, 16));
+  EXPECT_THAT(result.log.gaps, IsEmpty());
+  EXPECT_THAT(result.log.repeats, ElementsAre("81+82 again 83", "83+84 again 85"));
+  EXPECT_EQ(result.statistics.paired, result.statistics.outbound);
+}
+
+TEST(PairingRepeated, EqualFramesWithoutNumberAreNotSentAgain) {
+  EXPECT_THAT(PairUp(Numbered(40, 0, 1)).log.repeats, IsEmpty());
+}
+
+TEST(PairingRepeated, WhatComesBackAfterItWasSentAgainComesBackInOrder) {
+  const std::string again = "FPRD 0x1001:0x0130 08 00 idx=8 rtt=";
+  const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms " + again + "8700us\n+2ms " + again + "6712us\n+2ms " +
+                               again + "4724us\n+6ms FPRD 0x1001:0x0130 08 00 idx=9\n" + Numbered(60, 10, 16));
+  EXPECT_THAT(result.log.gaps, IsEmpty());
+  EXPECT_THAT(result.log.Only("lost"), IsEmpty());
+  EXPECT_THAT(result.log.Only("dup"), IsEmpty());
+  EXPECT_THAT(result.log.repeats, ElementsAre("81+84 late after 82", "82+85 late after 83"));
+}
+
 }  // namespace
 }  // namespace ecaudit::bus::test

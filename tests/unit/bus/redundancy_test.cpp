@@ -274,6 +274,7 @@ class Transactions : public BusSink {
   void OnDoubtful(const wire::FrameView&) override {}
   void OnLost(const wire::FrameView&, Loss, bool) override {}
   void OnDuplicate(const wire::FrameView&, FrameNo) override {}
+  void OnRepeated(const RepeatedFrame&) override {}
   void OnUnusable(const wire::FrameView&, Unusable, bool) override {}
 };
 
