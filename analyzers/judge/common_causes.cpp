@@ -304,7 +304,28 @@ bool Overlaps(const Finding& effect, const Finding& cause) {
          effect.first.number <= cause.last.number + kNearby;
 }
 
-/// The master gave up a transfer of that slave because its frame came back late: what it read of the mapping is not all.
+/// Both are of one axis, and the effect is a fault that a motion brings: the drive gives no reason, or a standard one
+/// of current (0x23xx), velocity or position control (0x84xx to 0x86xx).
+bool IsFaultOfMotion(const Finding& effect, const Finding& cause) {
+  if (effect.axis != cause.axis || cause.first.number > effect.first.number) return false;
+  const auto code = NumberOf(effect, "fault_code");
+  if (!code) return effect.arguments.Has("state_before");
+  const std::int64_t group = *code >> 8U;
+  return group == 0x23 || (group >= 0x84 && group <= 0x86);
+}
+
+/// Both are of one axis.
+bool PrecedesOnAxis(const Finding& effect, const Finding& cause) {
+  return effect.axis == cause.axis && Precedes(effect, cause);
+}
+
+/// Process data that never arrive hinder OP, no state before it.
+bool RequestsOp(const RuleContext&, const Finding& effect) {
+  return StateOf(effect, "requested") == static_cast<std::int64_t>(esc::AlState::OP);
+}
+
+/// The master gave up a transfer of that slave because its frame came back late: what it read of the mapping is not
+/// all.
 bool TransferGivenUp(const Finding& effect, const Finding& cause) {
   return NumberOf(cause, "slave_of_mailbox") == static_cast<std::int64_t>(effect.slave);
 }
@@ -317,7 +338,7 @@ bool NeedsFault(const RuleContext&, const Finding& effect) {
 /// `effect` follows from `cause` of the same slave, or of the bus.
 struct Law {
   std::string_view effect, cause;
-  TimeNs within = 0;  ///< after the cause's last frame; < 0: at any time
+  TimeNs within = 0;  ///< after the cause's last frame; < 0: however long after it began
   bool (*holds)(const RuleContext&, const Finding& effect) = nullptr;  ///< further condition on the effect
   Bus of_bus = Bus::kNo;
   bool (*fits)(const Finding& effect, const Finding& cause) = nullptr;  ///< condition on both
@@ -376,19 +397,19 @@ constexpr std::array kLaws{
     Law{"emcy-received", "al-refused", kSoon, NamesFailedTransition},
     Law{"al-refused", "wkc-never-right", -1, NamesWatchdog},
     Law{"al-unexpected-change", "wkc-never-right", -1, NamesWatchdog},
-    Law{"al-timeout", "wkc-never-right", -1},
+    Law{"al-timeout", "wkc-never-right", -1, RequestsOp},
     Law{"wkc-never-right", "fmmu-mismatch", -1},
     Law{"wkc-never-right", "sm-process-config", -1},
-    Law{"drive-no-reaction", "drive-not-enabled", -1},
+    Law{"drive-no-reaction", "drive-not-enabled", -1, nullptr, Bus::kNo, Overlaps},
     Law{"drive-not-enabled", "drive-fault", -1, NeedsFault, Bus::kNo, Overlaps},
     Law{"drive-not-enabled", "drive-illegal-command", -1, nullptr, Bus::kNo, Overlaps},
     Law{"drive-mode-not-shown", "pdo-object-type", -1},
     Law{"drive-mode-not-shown", "drive-not-commanded", -1, nullptr, Bus::kNo, Overlaps},
     Law{"drive-not-commanded", "pdo-object-type", -1},
     Law{"drive-not-following", "drive-not-commanded", -1, nullptr, Bus::kNo, Overlaps},
-    Law{"drive-not-following", "drive-setpoint-jump", kSoon, nullptr, Bus::kNo, Precedes},
-    Law{"drive-fault", "drive-setpoint-jump", kSoon, nullptr, Bus::kNo, Precedes, true},
-    Law{"drive-fault", "drive-not-following", kSoon, nullptr, Bus::kNo, Precedes, true},
+    Law{"drive-not-following", "drive-setpoint-jump", kSoon, nullptr, Bus::kNo, PrecedesOnAxis},
+    Law{"drive-fault", "drive-setpoint-jump", kSoon, nullptr, Bus::kNo, IsFaultOfMotion, true},
+    Law{"drive-fault", "drive-not-following", kSoon, nullptr, Bus::kNo, IsFaultOfMotion, true},
     Law{"pdo-assign-order", "pdo-assign-state", kLater, nullptr, Bus::kNo, SameObject},
     Law{"sm-process-config", "sdo-abort", kLater, nullptr, Bus::kNo, MappingRefused},
     Law{"al-refused", "sdo-abort", kLater, NamesProcessData, Bus::kNo, MappingRefused},
@@ -451,6 +472,8 @@ void JoinConsequences(RuleContext& context) {
         if (of_bus_cause && !TouchesLookBefore(context, moment, cause)) continue;
         const bool weaker = cause.severity == Severity::kWarning && IsError(effect) && !law.by_warning;
         if (cause.severity == Severity::kInfo || weaker) continue;
+        // What began when the effect was over did not bring it.
+        if (law.within < 0 && BegunBy(cause) > effect.last.number) continue;
         if (law.within >= 0 && !Follows(context, effect.slave, moment, cause, law.within)) continue;
         if (law.fits != nullptr && !law.fits(effect, cause)) continue;
         if (LeadsTo(findings, c, e)) continue;

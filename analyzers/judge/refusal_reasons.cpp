@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/sync_text.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/model/sync_manager_demand.h"
 #include "analyzers/sync/sync_model.h"
@@ -25,6 +26,17 @@ struct Case {
   const sync::DcUnit& dc;
   esc::SiiContents sii;
 
+  /// A setting that changed last in `changed` (0: never in the capture) was what it is when the slave refused.
+  [[nodiscard]] bool Applied(FrameNo changed) const { return changed <= refusal.shown; }
+  /// ... and can be the reason. A slave that held its state with a setting did not leave it because of that.
+  [[nodiscard]] bool Counts(FrameNo changed) const {
+    return Applied(changed) && (refusal.requested != 0 || changed > refusal.held_since);
+  }
+  /// Process data are exchanged in SAFEOP and OP only: that a slave that refuses SAFEOP takes none is a consequence.
+  [[nodiscard]] bool ExchangeCounts() const {
+    return refusal.requested == 0 || refusal.requested == static_cast<std::uint8_t>(esc::AlState::OP);
+  }
+  [[nodiscard]] FrameNo sync_changed() const { return std::max(dc.activation_changed(), dc.cycle_changed()); }
   [[nodiscard]] std::optional<esc::SyncManager> manager(std::size_t n) const {
     return state.sync_manager(n, Certainty::kInferred);
   }
@@ -41,12 +53,19 @@ struct Case {
 /// What a check found: notes about what is wrong, and words for what is right.
 struct Outcome {
   const Word* reason = nullptr;
+  const Word* possible = nullptr;  ///< a reason that nothing but the coincidence speaks for
   std::vector<Note> wrong;
   std::vector<const Word*> right;
 
+  /// The slave has to refuse this.
   /// @param why  for the title
   void Wrong(const NoteKind& note, const Word& why, Arguments arguments = {}) {
     if (reason == nullptr) reason = &why;
+    wrong.push_back({&note, std::move(arguments)});
+  }
+  /// This may be why it refused.
+  void May(const NoteKind& note, const Word& why, Arguments arguments = {}) {
+    if (possible == nullptr) possible = &why;
     wrong.push_back({&note, std::move(arguments)});
   }
   void Right(const Word& word) { right.push_back(&word); }
@@ -54,7 +73,7 @@ struct Outcome {
 
 using Check = void (*)(const Case&, Outcome&);
 
-constexpr std::size_t kOutputs = 2;                // sync manager
+constexpr std::size_t kOutputs = 2, kInputs = 3;   // sync managers
 constexpr std::uint16_t kLrwUnsupported = 0x0200;  // of 0x0008
 
 Value Bytes(std::uint64_t count) {
@@ -82,6 +101,7 @@ constexpr Word kWhySyncTypeDiffers{"sync-type-differs", "1C32h:1 does not fit 0x
 constexpr Word kWhyRateDiffers{"rate-differs", "cycle differs from SYNC0"};
 constexpr Word kWhyEepromHeld{"eeprom-held", "the master holds the EEPROM"};
 constexpr Word kWhyModuleDiffers{"module-differs", "other modules than configured"};
+constexpr Word kWhyModuleCountDiffers{"module-count-differs", "more or fewer modules than configured"};
 
 // ----- mailbox
 
@@ -96,15 +116,18 @@ bool IsBlank(const esc::SyncManager& manager) {
 void CheckMailboxSet(const Case& of, Outcome& found) {
   const auto out = of.manager(0);
   const auto in = of.manager(1);
+  const FrameNo changed = std::max(of.model.set_up.manager_changed(0), of.model.set_up.manager_changed(1));
   if (!out && !in) {
-    const bool all_seen = of.state.set_up_since != 0 && of.state.sync_manager_since[0] <= of.state.set_up_since &&
+    const bool all_seen = of.refusal.requested != 0 && of.state.set_up_since != 0 &&
+                          of.state.sync_manager_since[0] <= of.state.set_up_since &&
                           !MissesPackets(of.context.pairing());
     if (all_seen)
       found.Wrong(refusal::kMailboxUnseen, kWhyMailboxNeverSet, {{"since", arg::Frame(of.state.set_up_since)}});
     return;
   }
-  if (!out || !in) return;
+  if (!out || !in || !of.Applied(changed)) return;
   if (IsBlank(*out) && IsBlank(*in)) {
+    if (!of.Counts(changed)) return;
     Arguments arguments;
     const FrameNo since = std::max(of.state.sync_manager_since[0], of.state.sync_manager_since[1]);
     if (since != 0) arguments.Set("since", arg::Frame(since));
@@ -115,9 +138,11 @@ void CheckMailboxSet(const Case& of, Outcome& found) {
   for (const std::size_t n : {std::size_t{0}, std::size_t{1}}) {
     if ((n == 0 ? *out : *in).enabled()) continue;
     enabled = false;
+    if (!of.Counts(of.model.set_up.manager_changed(n))) continue;
     found.Wrong(refusal::kMailboxOff, kWhyMailboxOff, {{"sync_manager", arg::Number(static_cast<std::int64_t>(n))}});
   }
-  if (!enabled) return;
+  // Which settings apply is not known after a write that an ESC ignores.
+  if (!enabled || of.model.set_up.ignored(0) != nullptr || of.model.set_up.ignored(1) != nullptr) return;
   const auto demands = model::MailboxDemands(*of.model.profile, of.sii);
   const bool fit = demands.known && !demands.list.empty() &&
                    std::all_of(demands.list.begin(), demands.list.end(), [&](const model::SyncManagerDemand& demand) {
@@ -135,6 +160,7 @@ void CheckMailboxWords(const Case& of, Outcome& found) {
     found.Right(kMailboxWords);
     return;
   }
+  if (of.refusal.requested == 0) return;
   Arguments arguments;
   const std::uint16_t protocols = of.sii.header.protocols.value_or(0);
   if (protocols != 0) arguments.Set("protocols", arg::Text(esc::SiiProtocolNames(protocols)));
@@ -145,7 +171,12 @@ void CheckMailboxWords(const Case& of, Outcome& found) {
     arguments.Set("sync_manager", arg::Number(static_cast<std::int64_t>(n))).Set("bytes", Bytes(entry.length));
     break;
   }
-  found.Wrong(refusal::kNoMailboxInEeprom, kWhyNoMailboxInEeprom, std::move(arguments));
+  // The master may have set a mailbox all the same.
+  if (found.reason != nullptr) {
+    found.Wrong(refusal::kNoMailboxInEeprom, kWhyNoMailboxInEeprom, std::move(arguments));
+  } else {
+    found.May(refusal::kNoMailboxInEeprom, kWhyNoMailboxInEeprom, std::move(arguments));
+  }
 }
 
 void CheckBootstrap(const Case& of, Outcome& found) {
@@ -155,6 +186,7 @@ void CheckBootstrap(const Case& of, Outcome& found) {
     const auto manager = of.manager(n);
     if (!manager || !manager->enabled() || !words[n] || words[n]->size == 0) continue;
     if (manager->start == words[n]->offset && manager->length == words[n]->size) continue;
+    if (!of.Counts(of.model.set_up.manager_changed(n))) continue;
     found.Wrong(refusal::kBootstrapMailbox, kWhyBootstrapMailbox,
                 {{"sync_manager", arg::Number(static_cast<std::int64_t>(n))},
                  {"start", arg::Hex(manager->start)},
@@ -164,26 +196,69 @@ void CheckBootstrap(const Case& of, Outcome& found) {
   }
 }
 
-void CheckIgnored(const Case& of, Outcome& found, std::size_t first) {
-  for (std::size_t n = first; n < first + 2; ++n) {
-    const model::SetUpFacts::IgnoredWrite* ignored = of.model.set_up.ignored(n);
-    if (ignored == nullptr) continue;
-    found.Wrong(refusal::kWriteIgnored, kWhyWriteIgnored,
-                {{"sync_manager", arg::Number(static_cast<std::int64_t>(n))},
-                 {"write_frame", arg::Frame(ignored->frame)},
-                 {"kept_start", arg::Hex(ignored->kept.start)},
-                 {"kept_length", arg::Number(ignored->kept.length)},
-                 {"kept_control", arg::Hex(ignored->kept.control, 2)},
-                 {"start", arg::Hex(ignored->written.start)},
-                 {"length", arg::Number(ignored->written.length)},
-                 {"control", arg::Hex(ignored->written.control, 2)}});
+/// What sync manager `n` has to be, as far as it is known: null where nothing is.
+std::optional<model::SyncManagerDemand> DemandOf(const Case& of, std::size_t n) {
+  const bool mailbox = n < kOutputs;
+  const auto demands =
+      mailbox ? model::MailboxDemands(*of.model.profile, of.sii) : model::ProcessDemands(*of.model.profile, of.sii);
+  const auto own = std::find_if(demands.list.begin(), demands.list.end(),
+                                [n](const model::SyncManagerDemand& demand) { return demand.number == n; });
+  std::optional<model::SyncManagerDemand> demand;
+  if (own != demands.list.end()) demand = *own;
+  if (mailbox) return demand;
+  const auto direction = n == kOutputs ? device::PdoDirection::kRx : device::PdoDirection::kTx;
+  const model::ProcessLayout& layout = of.model.process.Layout(direction);
+  const std::uint32_t bytes = layout.known() ? layout.bytes_of(static_cast<std::uint8_t>(n)) : 0;
+  if (bytes == 0 || layout.source == model::LayoutSource::kDefault) return demand;
+  if (!demand) {
+    demand.emplace();
+    demand->number = static_cast<std::uint8_t>(n);
+    demand->use = n == kOutputs ? device::SyncManagerUse::kProcessOut : device::SyncManagerUse::kProcessIn;
+  }
+  demand->lengths = {bytes};
+  return demand;
+}
+
+/// An ESC keeps the settings that an enabled sync manager has. They are a reason if they are not what the slave needs,
+/// and those that the master wrote are. Where the written ones are wrong, too, they explain the refusal themselves.
+void CheckIgnored(const Case& of, Outcome& found, std::size_t n) {
+  const model::SetUpFacts::IgnoredWrite* ignored = of.model.set_up.ignored(n);
+  if (ignored == nullptr || !of.Counts(ignored->frame)) return;
+  const auto demand = DemandOf(of, n);
+  bool refuted = false;
+  if (demand) {
+    // The enable bit is not part of what was ignored.
+    const auto fits = [&](esc::SyncManager settings) {
+      settings.activate = 1;
+      return model::FaultsOf(settings, *demand).empty();
+    };
+    if (fits(ignored->kept) || (ignored->shown == 0 && !fits(ignored->written))) return;
+    refuted = ignored->shown != 0;
+  }
+  Arguments arguments{{"sync_manager", arg::Number(static_cast<std::int64_t>(n))},
+                      {"write_frame", arg::Frame(ignored->frame)},
+                      {"kept_start", arg::Hex(ignored->kept.start)},
+                      {"kept_length", arg::Number(ignored->kept.length)},
+                      {"kept_control", arg::Hex(ignored->kept.control, 2)},
+                      {"start", arg::Hex(ignored->written.start)},
+                      {"length", arg::Number(ignored->written.length)},
+                      {"control", arg::Hex(ignored->written.control, 2)}};
+  if (ignored->shown != 0) arguments.Set("shown_frame", arg::Frame(ignored->shown));
+  if (refuted) {
+    found.Wrong(refusal::kWriteIgnored, kWhyWriteIgnored, std::move(arguments));
+  } else {
+    found.May(refusal::kWriteIgnored, kWhyWriteIgnored, std::move(arguments));
   }
 }
 void CheckMailboxIgnored(const Case& of, Outcome& found) {
   CheckIgnored(of, found, 0);
+  CheckIgnored(of, found, 1);
 }
-void CheckProcessIgnored(const Case& of, Outcome& found) {
-  CheckIgnored(of, found, 2);
+void CheckOutputsIgnored(const Case& of, Outcome& found) {
+  CheckIgnored(of, found, kOutputs);
+}
+void CheckInputsIgnored(const Case& of, Outcome& found) {
+  CheckIgnored(of, found, kInputs);
 }
 
 // ----- process data
@@ -192,7 +267,7 @@ constexpr Word kLengths{"sync-manager-lengths", "the lengths of SM2 and SM3 agai
 constexpr Word kLrw{"lrw", "support of LRW (0x0008)"};
 constexpr Word kOutputsArrive{"outputs", "the arrival of outputs"};
 constexpr Word kInputsArrive{"inputs", "the arrival of inputs"};
-constexpr Word kWatchdogTimes{"watchdog", "the watchdog time (0x0400, 0x0420)"};
+constexpr Word kWatchdogTimes{"watchdog", "the watchdog time (0x0420) is not 0"};
 
 /// sm-process-config reports lengths that differ.
 void CheckLengths(const Case& of, Outcome& found) {
@@ -201,12 +276,15 @@ void CheckLengths(const Case& of, Outcome& found) {
     const std::uint8_t n = direction == device::PdoDirection::kRx ? 2 : 3;
     const auto manager = of.manager(n);
     if (!layout.known() || layout.source == model::LayoutSource::kDefault || !manager) return;
+    if (!of.Applied(std::max(layout.since, of.model.set_up.manager_changed(n)))) return;
+    if (of.model.set_up.ignored(n) != nullptr) return;
     if (manager->length != layout.bytes_of(n)) return;
   }
   found.Right(kLengths);
 }
 
 void CheckLrw(const Case& of, Outcome& found) {
+  if (!of.ExchangeCounts()) return;
   const auto& outputs = of.model.outputs.since;
   const auto& inputs = of.model.inputs.since;
   const auto features = of.state.registers.Value<std::uint16_t>(esc::kEscFeatures, Certainty::kObserved);
@@ -220,10 +298,10 @@ void CheckLrw(const Case& of, Outcome& found) {
   if (missed == 0 || outputs.exchanged + inputs.exchanged > 0) return;
   static constexpr Word kRegister{"register", "bit 9 of 0x0008 is 1"};
   static constexpr Word kEeprom{"eeprom", "bit 1 of the flags in the general category of its EEPROM is 1"};
-  found.Wrong(refusal::kLrwUnsupported, kWhyLrwNotSupported,
-              {{"source", arg::Of(by_register ? kRegister : kEeprom)},
-               {"missed", arg::Count(missed, "LRW datagram")},
-               {"since", arg::Frame(outputs.request)}});
+  Arguments arguments{{"source", arg::Of(by_register ? kRegister : kEeprom)},
+                      {"missed", arg::Count(missed, "LRW datagram")}};
+  if (outputs.request != 0) arguments.Set("since", arg::Frame(outputs.request));
+  found.Wrong(refusal::kLrwUnsupported, kWhyLrwNotSupported, std::move(arguments));
 }
 
 /// It has outputs by its sync manager.
@@ -234,7 +312,7 @@ bool HasOutputs(const Case& of) {
 
 void CheckOutputs(const Case& of, Outcome& found) {
   const auto& outputs = of.model.outputs.since;
-  if (found.reason == &kWhyLrwNotSupported) return;
+  if (found.reason == &kWhyLrwNotSupported || !of.ExchangeCounts()) return;
   if (!HasOutputs(of) || outputs.request == 0) return;
   if (outputs.exchanged > 0) {
     // Of a slave that left its state that they arrived until then shows nothing.
@@ -259,7 +337,7 @@ void CheckOutputs(const Case& of, Outcome& found) {
 
 void CheckInputs(const Case& of, Outcome& found) {
   const auto& inputs = of.model.inputs.since;
-  if (inputs.request == 0) return;
+  if (inputs.request == 0 || !of.ExchangeCounts()) return;
   if (inputs.exchanged > 0) {
     if (inputs.missed == 0 && of.refusal.requested != 0) found.Right(kInputsArrive);
   } else if (inputs.missed > 0) {
@@ -271,14 +349,18 @@ void CheckInputs(const Case& of, Outcome& found) {
 }
 
 void CheckWatchdog(const Case& of, Outcome& found) {
-  const auto divider = of.state.registers.Value<std::uint16_t>(esc::kWatchdogDivider);
   const auto time = of.state.registers.Value<std::uint16_t>(esc::kProcessWatchdog);
+  const FrameNo changed = of.model.set_up.watchdog_changed();
+  if (!time || !of.Applied(changed)) return;
+  if (*time != 0) {
+    found.Right(kWatchdogTimes);
+    return;
+  }
   const auto manager = of.manager(kOutputs);
-  if (time && *time == 0 && manager && manager->enabled() && manager->watchdog_trigger()) {
+  const FrameNo both = std::max(changed, of.model.set_up.manager_changed(kOutputs));
+  if (manager && manager->enabled() && manager->watchdog_trigger() && of.Counts(both)) {
     found.Wrong(refusal::kWatchdogZero, kWhyWatchdogZero,
                 {{"register", arg::Register(esc::kProcessWatchdog)}, {"sync_manager", arg::Number(kOutputs)}});
-  } else if (time && *time != 0 && divider) {
-    found.Right(kWatchdogTimes);
   }
 }
 
@@ -292,10 +374,12 @@ constexpr Word kRate{"rate", "the cycle of the process data against SYNC0"};
 
 void CheckLeftOn(const Case& of, Outcome& found) {
   const auto left = of.dc.left_on();
-  if (!left || of.state.returned) return;
-  Arguments arguments{{"on_frame", arg::Frame(left->on)}, {"clock_frame", arg::Frame(left->clock_set)}};
+  if (!left || of.state.returned || !of.Counts(left->clock_set)) return;
+  Arguments arguments{{"on_frame", arg::Frame(left->on)},
+                      {"on_written", arg::Flag(left->on_written)},
+                      {"clock_frame", arg::Frame(left->clock_set)}};
   if (left->off != 0) arguments.Set("off_frame", arg::Frame(left->off));
-  found.Wrong(refusal::kSyncLeftOn, kWhySyncLeftOn, std::move(arguments));
+  found.May(refusal::kSyncLeftOn, kWhySyncLeftOn, std::move(arguments));
 }
 
 Value Activation(const Case& of) {
@@ -305,39 +389,62 @@ Value Activation(const Case& of) {
 /// The code demands that SYNC0 runs.
 void CheckSyncActive(const Case& of, Outcome& found) {
   const auto sync0 = of.sync0();
-  if (!sync0) return;
+  const FrameNo changed = of.dc.activation_changed();
+  if (!sync0 || !of.Applied(changed)) return;
   if (!*sync0) {
-    found.Wrong(refusal::kSyncOff, kWhySyncOff, {{"activation", Activation(of)}});
+    if (!of.Counts(changed)) return;
+    Arguments arguments{{"activation", Activation(of)}};
+    if (changed != 0) arguments.Set("write_frame", arg::Frame(changed));
+    // Slaves without SYNC0 have this code, too: it speaks of any synchronisation.
+    constexpr std::uint16_t kAnySynchronisation = 0x001A;
+    if (of.refusal.code == kAnySynchronisation) {
+      found.May(refusal::kSyncOff, kWhySyncOff, std::move(arguments));
+    } else {
+      found.Wrong(refusal::kSyncOff, kWhySyncOff, std::move(arguments));
+    }
     return;
   }
-  const FrameNo on = of.dc.active() ? of.dc.active()->frame.number : 0;
-  if (of.refusal.request != 0 && on > of.refusal.request) {
-    found.Wrong(refusal::kSyncOffAtRequest, kWhySyncSetAfterRequest,
-                {{"write_frame", arg::Frame(on)},
-                 {"requested", arg::State(of.refusal.requested)},
-                 {"request_frame", arg::Frame(of.refusal.request)}});
+  const auto& active = of.dc.active();
+  // A read only shows that it is on, not since when.
+  if (!active || of.refusal.request == 0 || active->frame.number <= of.refusal.request) {
+    found.Right(kSyncActive);
     return;
   }
-  found.Right(kSyncActive);
+  if (!active->written) return;
+  Arguments arguments{{"write_frame", arg::Frame(active->frame.number)},
+                      {"requested", arg::State(of.refusal.requested)},
+                      {"request_frame", arg::Frame(of.refusal.request)},
+                      {"was_off", arg::Flag(active->was_off)}};
+  if (active->was_off) {
+    found.Wrong(refusal::kSyncOffAtRequest, kWhySyncSetAfterRequest, std::move(arguments));
+  } else {
+    found.May(refusal::kSyncOffAtRequest, kWhySyncSetAfterRequest, std::move(arguments));
+  }
 }
 
 /// The code rejects SYNC0.
 void CheckSyncUnsupported(const Case& of, Outcome& found) {
   const auto sync0 = of.sync0();
-  if (!sync0) return;
-  if (*sync0 && of.dc.active()) {
-    found.Wrong(refusal::kSyncOn, kWhySyncOn,
-                {{"activation", Activation(of)}, {"write_frame", arg::Frame(of.dc.active()->frame.number)}});
-  } else if (!*sync0) {
+  const FrameNo changed = of.dc.activation_changed();
+  if (!sync0 || !of.Applied(changed)) return;
+  if (!*sync0) {
     found.Right(kSyncInactive);
+    return;
   }
+  const auto& active = of.dc.active();
+  if (!active || !of.Counts(changed)) return;
+  found.Wrong(refusal::kSyncOn, kWhySyncOn,
+              {{"activation", Activation(of)},
+               {"write_frame", arg::Frame(active->frame.number)},
+               {"written", arg::Flag(active->written)}});
 }
 
 void CheckSyncCycle(const Case& of, Outcome& found) {
   const auto cycle = of.sync0_cycle_ns();
-  if (!of.sync0().value_or(false) || !cycle) return;
+  if (!of.sync0().value_or(false) || !cycle || !of.Applied(of.sync_changed())) return;
+  const bool counts = of.Counts(of.sync_changed());
   if (*cycle == 0) {
-    found.Wrong(refusal::kSyncCycleZero, kWhySyncCycleZero);
+    if (counts) found.Wrong(refusal::kSyncCycleZero, kWhySyncCycleZero);
     return;
   }
   bool checked = false;
@@ -347,6 +454,7 @@ void CheckSyncCycle(const Case& of, Outcome& found) {
     if (minimum == nullptr || minimum->raw == 0) continue;
     checked = true;
     if (*cycle >= minimum->raw) continue;
+    if (!counts) return;
     found.Wrong(refusal::kSyncCycleTooShort, kWhySyncCycleTooShort,
                 {{"cycle_us", arg::Us(*cycle)},
                  {"minimum_us", arg::Us(static_cast<std::int64_t>(minimum->raw))},
@@ -363,33 +471,39 @@ void CheckSyncTypes(const Case& of, Outcome& found) {
   constexpr std::uint64_t kSyncManagerEvent = 1, kDcSync0 = 2, kDcSync1 = 3;
   const model::ObjectValue* type = of.model.objects.Find(kType, 1);
   if (type == nullptr || type->raw > kDcSync1) return;
+  // Slaves change it themselves when SYNC0 is activated: what was read before shows nothing of the time after.
+  const FrameNo changed = of.dc.activation_changed();
+  if (!of.Applied(std::max(changed, type->since)) || (!type->written && type->since < changed)) return;
   const bool wants_dc = type->raw == kDcSync0 || type->raw == kDcSync1;
   if (wants_dc == *sync0) {
     found.Right(kSyncTypes);
     return;
   }
+  if (!of.Counts(std::max(changed, type->written ? type->since : 0))) return;
   const std::string_view meaning = type->raw == kSyncManagerEvent ? "synchronous with the sync manager"
                                    : type->raw == kDcSync0        ? "synchronous with SYNC0"
                                    : type->raw == kDcSync1        ? "synchronous with SYNC1"
                                                                   : "free run";
-  found.Wrong(refusal::kSyncTypeDiffers, kWhySyncTypeDiffers,
-              {{"object", arg::Object(kType, 1)},
-               {"type", arg::Number(static_cast<std::int64_t>(type->raw), meaning)},
-               {"active", arg::Flag(*sync0)},
-               {"activation", Activation(of)}});
+  found.May(refusal::kSyncTypeDiffers, kWhySyncTypeDiffers,
+            {{"object", arg::Object(kType, 1)},
+             {"type", arg::Number(static_cast<std::int64_t>(type->raw), meaning)},
+             {"active", arg::Flag(*sync0)},
+             {"activation", Activation(of)}});
 }
 
 void CheckRate(const Case& of, Outcome& found) {
   const auto cycle = of.sync0_cycle_ns();
   const sync::CyclicImage* image = of.context.sync().outputs(of.refusal.slave).image;
   if (!of.sync0().value_or(false) || !cycle || *cycle == 0 || image == nullptr || !image->has_nominal()) return;
+  if (!of.Applied(of.sync_changed())) return;
   const auto expected = static_cast<TimeNs>(*cycle);
-  const TimeNs apart = image->nominal_ns > expected ? image->nominal_ns - expected : expected - image->nominal_ns;
-  if (apart * 50 <= expected) {
+  if (CycleDeviation(of.model, static_cast<double>(image->nominal_ns), expected) <= kCycleTolerance) {
     found.Right(kRate);
-  } else if (apart * 10 > expected) {
-    found.Wrong(refusal::kRateDiffers, kWhyRateDiffers,
-                {{"rate_us", arg::Us(image->nominal_ns)}, {"cycle_us", arg::Us(expected)}});
+  } else if (of.Counts(of.sync_changed())) {
+    found.May(refusal::kRateDiffers, kWhyRateDiffers,
+              {{"rate_us", arg::Us(image->nominal_ns)},
+               {"cycle_us", arg::Us(expected)},
+               {"one_per_cycle", arg::Flag(NeedsOneFrameACycle(of.model))}});
   }
 }
 
@@ -400,23 +514,42 @@ constexpr Word kModules{"modules", "the configured modules (F030h) against the d
 
 void CheckEepromOwner(const Case& of, Outcome& found) {
   const auto owned_by_pdi = of.state.sii.owned_by_pdi();
-  if (!owned_by_pdi) return;
+  const FrameNo since = of.model.set_up.eeprom_owner_since();
+  if (!owned_by_pdi || !of.Applied(since)) return;
   if (*owned_by_pdi) {
     found.Right(kEepromOffered);
     return;
   }
+  if (!of.Counts(since)) return;
   Arguments arguments;
-  if (const FrameNo since = of.model.set_up.eeprom_owner_since(); since != 0) arguments.Set("since", arg::Frame(since));
+  if (since != 0) arguments.Set("since", arg::Frame(since));
   found.Wrong(refusal::kEepromHeld, kWhyEepromHeld, std::move(arguments));
 }
 
+/// A module list is right if all of it is compared: its number of entries (subindex 0), and each of them.
 void CheckModules(const Case& of, Outcome& found) {
   constexpr std::uint16_t kConfigured = 0xF030, kDetected = 0xF050;
   constexpr std::size_t kShown = 3;
-  std::size_t compared = 0, wrong = 0;
+  if (of.refusal.requested == 0) return;  // a slave reads its modules when it starts
+  const auto value = [&](std::uint16_t list, std::uint8_t slot) -> const model::ObjectValue* {
+    const model::ObjectValue* object = of.model.objects.Find(list, slot);
+    return object != nullptr && of.Applied(object->since) ? object : nullptr;
+  };
+  const model::ObjectValue* configured_count = value(kConfigured, 0);
+  const model::ObjectValue* detected_count = value(kDetected, 0);
+  const bool counts_known = configured_count != nullptr && detected_count != nullptr;
+  if (counts_known && configured_count->raw != detected_count->raw) {
+    found.Wrong(refusal::kModuleCountDiffers, kWhyModuleCountDiffers,
+                {{"configured", arg::Count(configured_count->raw, "module")},
+                 {"configured_frame", arg::Frame(configured_count->since)},
+                 {"detected", arg::Count(detected_count->raw, "module")},
+                 {"detected_frame", arg::Frame(detected_count->since)}});
+  }
+  std::uint64_t compared = 0;
+  std::size_t wrong = 0;
   for (std::uint8_t slot = 1; slot != 0xFF && wrong < kShown; ++slot) {
-    const model::ObjectValue* configured = of.model.objects.Find(kConfigured, slot);
-    const model::ObjectValue* detected = of.model.objects.Find(kDetected, slot);
+    const model::ObjectValue* configured = value(kConfigured, slot);
+    const model::ObjectValue* detected = value(kDetected, slot);
     if (configured == nullptr || detected == nullptr) continue;
     ++compared;
     if (configured->raw == detected->raw) continue;
@@ -430,7 +563,8 @@ void CheckModules(const Case& of, Outcome& found) {
                  {"detected_object", arg::Object(kDetected, slot)},
                  {"detected_frame", arg::Frame(detected->since)}});
   }
-  if (compared > 0 && wrong == 0) found.Right(kModules);
+  const bool whole = counts_known && configured_count->raw == detected_count->raw && compared == configured_count->raw;
+  if (whole && wrong == 0) found.Right(kModules);
 }
 
 // ----- the table
@@ -444,22 +578,23 @@ struct Row {
 constexpr std::array kRows{
     Row{0x0015, {CheckMailboxSet, CheckBootstrap, CheckMailboxIgnored}},
     Row{0x0016, {CheckMailboxSet, CheckMailboxWords, CheckMailboxIgnored}},
-    Row{0x0017, {CheckMailboxSet, CheckMailboxIgnored, CheckProcessIgnored, CheckLengths}},
+    Row{0x0017, {CheckMailboxSet, CheckMailboxIgnored, CheckOutputsIgnored, CheckInputsIgnored, CheckLengths}},
     Row{0x0018, {CheckInputs, CheckLrw}},
     Row{0x0019, {CheckLrw, CheckOutputs}},
     Row{0x001A, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
-    Row{0x001B, {CheckLrw, CheckOutputs, CheckWatchdog}},
-    Row{0x001D, {CheckProcessIgnored, CheckLengths}},
-    Row{0x001E, {CheckProcessIgnored, CheckLengths}},
+    Row{0x001B, {CheckLrw, CheckOutputs}},
+    Row{0x001D, {CheckOutputsIgnored, CheckLengths}},
+    Row{0x001E, {CheckInputsIgnored, CheckLengths}},
     Row{0x001F, {CheckWatchdog}},
-    Row{0x0024, {CheckProcessIgnored, CheckLengths}},
-    Row{0x0025, {CheckProcessIgnored, CheckLengths}},
+    Row{0x0024, {CheckInputsIgnored, CheckLengths}},
+    Row{0x0025, {CheckOutputsIgnored, CheckLengths}},
     Row{0x0026, {CheckSyncTypes, CheckSyncCycle, CheckLengths}},
     Row{0x0027, {CheckSyncActive, CheckSyncTypes}},
     Row{0x0028, {CheckSyncUnsupported, CheckSyncTypes}},
     Row{0x002B, {CheckLrw, CheckOutputs, CheckInputs}},
     Row{0x002C, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
     Row{0x002D, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
+    Row{0x002E, {CheckSyncCycle}},
     Row{0x0030, {CheckSyncActive, CheckSyncCycle, CheckSyncTypes, CheckLeftOn}},
     Row{0x0032, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
     Row{0x0033, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
@@ -488,7 +623,9 @@ RefusalReasons FindRefusalReasons(const RuleContext& context, const RefusalCase&
   for (const Check check : row->checks) {
     if (check != nullptr) check(of, found);
   }
-  RefusalReasons reasons{found.reason, {}};
+  RefusalReasons reasons;
+  reasons.inferred = found.reason == nullptr && found.possible != nullptr;
+  reasons.reason = reasons.inferred ? found.possible : found.reason;
   if (!found.right.empty()) {
     std::vector<Value> words;
     for (const Word* word : found.right) words.push_back(arg::Of(*word));
@@ -501,6 +638,13 @@ RefusalReasons FindRefusalReasons(const RuleContext& context, const RefusalCase&
 
 void AddTo(Finding& finding, const RefusalReasons& reasons) {
   if (reasons.reason != nullptr) finding.Set("reason", arg::Of(*reasons.reason));
+  if (reasons.inferred) {
+    finding.Set("reason_inferred", arg::Flag());
+    finding.confidence = Confidence::kInferred;
+  }
+  const bool checked = std::any_of(reasons.notes.begin(), reasons.notes.end(),
+                                   [](const Note& note) { return note.kind == &refusal::kChecked; });
+  if (checked) finding.Set("checked", arg::Flag());
   finding.notes.insert(finding.notes.end(), reasons.notes.begin(), reasons.notes.end());
 }
 

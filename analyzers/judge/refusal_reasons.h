@@ -23,6 +23,7 @@ struct RefusalCase {
   std::uint8_t requested = 0;  ///< 0: the slave left its state by itself
   FrameNo request = 0;         ///< the last frame with the request; 0: none
   FrameNo shown = 0;           ///< the frame that shows the error
+  FrameNo held_since = 0;      ///< without request: the first frame that showed the state before
 };
 
 namespace refusal {
@@ -44,13 +45,15 @@ inline constexpr NoteKind kBootstrapMailbox{
     "0x0017) has start {expected_start} and length {expected_length}."};
 inline constexpr NoteKind kWriteIgnored{
     "write-ignored",
-    "The master wrote SM{sync_manager} in {write_frame} while it was enabled, so the slave controller ignored start, "
-    "length and control. Start {kept_start}, length {kept_length} and control {kept_control} still apply, not "
-    "{start}, {length} and {control}."};
+    "The master wrote start {start}, length {length} and control {control} to SM{sync_manager} in {write_frame} while "
+    "it was enabled.[ The slave controller ignored that: in {shown_frame} SM{sync_manager} has start {kept_start}, "
+    "length {kept_length} and control {kept_control}.][{!shown_frame} An ESC ignores such a write. Then start "
+    "{kept_start}, length {kept_length} and control {kept_control} still apply, which may be the reason.] Switch the "
+    "sync manager off before it is written."};
 inline constexpr NoteKind kLrwUnsupported{
     "lrw-not-supported",
     "The master uses LRW, but the slave controller does not support LRW ({source}). {missed} with its process data "
-    "came back without its working counter since {since}. Use LRD and LWR."};
+    "came back without its working counter[ since {since}]. Use LRD and LWR."};
 inline constexpr NoteKind kOutputsNotAccepted{
     "outputs-not-accepted",
     "The slave accepted no outputs since {since}: the working counter of {missed} does not count them (the last in "
@@ -67,17 +70,18 @@ inline constexpr NoteKind kWatchdogZero{
     "byte)."};
 inline constexpr NoteKind kSyncLeftOn{
     "sync-left-on",
-    "SYNC0 of the run before was still active (0x0981, set in {on_frame}) when the master set the clock in "
-    "{clock_frame}. [The master switched it off only in {off_frame}.][{!off_frame}The master did not switch it off "
-    "before.] Write 0 to 0x0981 before the clock is set."};
-inline constexpr NoteKind kSyncOff{"sync-off",
-                                   "SYNC0 is not active: 0x0981 is {activation}[, last written in {write_frame}]."};
+    "SYNC0 was active in the run before (0x0981, [{?on_written}set][{!on_written}shown] in {on_frame}). The master had "
+    "not switched it off when it set the clock in {clock_frame}[, but only in {off_frame}]. The slave may have lost "
+    "SYNC0 by that. Write 0 to 0x0981 before the clock is set."};
+inline constexpr NoteKind kSyncOff{"sync-off", "SYNC0 is not active: 0x0981 is {activation}[, set in {write_frame}]."};
 inline constexpr NoteKind kSyncOffAtRequest{
     "sync-set-after-request",
     "SYNC0 was activated (0x0981) in {write_frame}, after {requested} was requested in {request_frame}. The slave "
-    "checks it at this request."};
+    "checks it at this request.[{!was_off} The capture does not show whether it was active before.]"};
 inline constexpr NoteKind kSyncOn{
-    "sync-on", "SYNC0 is active (0x0981 is {activation}, written in {write_frame}), which this code rejects."};
+    "sync-on",
+    "SYNC0 is active (0x0981 is {activation}, [{?written}written][{!written}shown] in {write_frame}), which this code "
+    "rejects."};
 inline constexpr NoteKind kSyncCycleZero{"sync-cycle-zero",
                                          "SYNC0 is active, but its cycle time (0x09A0) is 0: it gives a single pulse."};
 inline constexpr NoteKind kSyncCycleTooShort{
@@ -85,9 +89,12 @@ inline constexpr NoteKind kSyncCycleTooShort{
     "The SYNC0 cycle (0x09A0) is {cycle_us}, shorter than the minimum {minimum_us} of {object}."};
 inline constexpr NoteKind kSyncTypeDiffers{
     "sync-type-differs",
-    "{object} is {type}, but SYNC0 is [{?active}active][{!active}not active] (0x0981 is {activation})."};
+    "{object} is {type}, but SYNC0 is [{?active}active][{!active}not active] (0x0981 is {activation}). This may be the "
+    "reason."};
 inline constexpr NoteKind kRateDiffers{
-    "rate-differs", "Process data come every {rate_us}, but the SYNC0 cycle (0x09A0) is {cycle_us}."};
+    "rate-differs",
+    "Process data come every {rate_us}, but the SYNC0 cycle (0x09A0) is {cycle_us}.[{?one_per_cycle} The slave needs "
+    "one frame in each cycle.][{!one_per_cycle} Neither is a multiple of the other.] This may be the reason."};
 inline constexpr NoteKind kEepromHeld{
     "eeprom-held",
     "The master holds the EEPROM[ since {since}]: bit 0 of 0x0500 is 0. The processor of the slave needs it at this "
@@ -96,30 +103,18 @@ inline constexpr NoteKind kModuleDiffers{
     "module-differs",
     "Slot {slot}: the master configured module {configured} ({configured_object}, {configured_frame}), the slave "
     "detected {detected} ({detected_object}, {detected_frame})."};
+inline constexpr NoteKind kModuleCountDiffers{
+    "module-count-differs",
+    "The master configured {configured} (F030h:0, {configured_frame}), the slave detected {detected:number} (F050h:0, "
+    "{detected_frame})."};
 inline constexpr NoteKind kChecked{"checked", "Checked and right: {checked}."};
 
-inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,
-                                             &kMailboxOff,
-                                             &kMailboxUnseen,
-                                             &kNoMailboxInEeprom,
-                                             &kBootstrapMailbox,
-                                             &kWriteIgnored,
-                                             &kLrwUnsupported,
-                                             &kOutputsNotSent,
-                                             &kOutputsNotAccepted,
-                                             &kInputsNotRead,
-                                             &kWatchdogZero,
-                                             &kSyncLeftOn,
-                                             &kSyncOff,
-                                             &kSyncOffAtRequest,
-                                             &kSyncOn,
-                                             &kSyncCycleZero,
-                                             &kSyncCycleTooShort,
-                                             &kSyncTypeDiffers,
-                                             &kRateDiffers,
-                                             &kEepromHeld,
-                                             &kModuleDiffers,
-                                             &kChecked};
+inline constexpr const NoteKind* kNotes[] = {
+    &kMailboxNeverSet, &kMailboxOff,         &kMailboxUnseen,   &kNoMailboxInEeprom,  &kBootstrapMailbox,
+    &kWriteIgnored,    &kLrwUnsupported,     &kOutputsNotSent,  &kOutputsNotAccepted, &kInputsNotRead,
+    &kWatchdogZero,    &kSyncLeftOn,         &kSyncOff,         &kSyncOffAtRequest,   &kSyncOn,
+    &kSyncCycleZero,   &kSyncCycleTooShort,  &kSyncTypeDiffers, &kRateDiffers,        &kEepromHeld,
+    &kModuleDiffers,   &kModuleCountDiffers, &kChecked};
 
 /// The notes of a rule together with these.
 template <std::size_t N>
@@ -134,12 +129,14 @@ constexpr std::array<const NoteKind*, N + std::size(kNotes)> With(const NoteKind
 
 struct RefusalReasons {
   const Word* reason = nullptr;  ///< the likeliest of them, for the title; null: nothing is wrong
+  bool inferred = false;         ///< `reason` is only a possible one: the slave may have refused for another
   std::vector<Note> notes;       ///< what is wrong, and what is right
 };
 
 /// What the capture shows of the settings that the code is about, for the finding about it.
 [[nodiscard]] RefusalReasons FindRefusalReasons(const RuleContext& context, const RefusalCase& refusal);
-/// Adds them, with {reason} for the title.
+/// Adds them, with {reason} for the title and the flags {reason_inferred} and {checked} (settings of the code are
+/// right). A finding whose reason is inferred is inferred itself.
 void AddTo(Finding& finding, const RefusalReasons& reasons);
 
 /// The codes that have a row, for documentation and tests.

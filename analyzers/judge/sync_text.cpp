@@ -1,5 +1,7 @@
 #include "analyzers/judge/sync_text.h"
 
+#include <cmath>
+
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/drive_parameters.h"
 #include "analyzers/model/slave_model.h"
@@ -46,6 +48,18 @@ std::optional<TimeNs> DriveCycle(const model::SlaveModel& slave) {
   const auto count = model::ValueOf(slave, family.cycle_count);
   if (!count || !family.cycle_base.value || count->value <= 0 || count->value > 1'000'000) return std::nullopt;
   return count->value * *family.cycle_base;
+}
+
+bool NeedsOneFrameACycle(const model::SlaveModel& slave) {
+  return !slave.profile->sync.source_with_dc.empty();
+}
+
+double CycleDeviation(const model::SlaveModel& slave, double measured_ns, TimeNs configured_ns) {
+  const double ratio = measured_ns / static_cast<double>(configured_ns);
+  const double nearest = NeedsOneFrameACycle(slave) ? 1.0
+                         : ratio >= 1               ? std::round(ratio)
+                                                    : 1.0 / std::round(1.0 / ratio);
+  return std::abs(ratio / nearest - 1);
 }
 
 void NameCause(RuleContext& context, std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause) {

@@ -28,6 +28,15 @@ inline constexpr Word kActivation{"sync-activation", "the activation of SYNC0 (0
 /// The cycle of the drive itself (FBUS.SAMPLEPERIOD, PTBASE), ns, if it is known.
 [[nodiscard]] std::optional<TimeNs> DriveCycle(const model::SlaveModel& slave);
 
+/// The process data have to come once in each cycle.
+[[nodiscard]] bool NeedsOneFrameACycle(const model::SlaveModel& slave);
+/// A measured cycle that differs by more than this part of the configured one is another cycle. Deviations up to it
+/// are a matter of sync-rate-deviation and of the master's jitter.
+inline constexpr double kCycleTolerance = 0.1;
+/// The part by which a measured cycle differs from the configured one (> 0). Unless the family needs one frame in each
+/// cycle, a multiple of it or a part of it is right, too.
+[[nodiscard]] double CycleDeviation(const model::SlaveModel& slave, double measured_ns, TimeNs configured_ns);
+
 /// Sets the cause of what `rule` found for `slave` in `frame`, unless it has one.
 void NameCause(RuleContext& context, std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause);
 

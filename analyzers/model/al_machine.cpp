@@ -385,6 +385,7 @@ AlChangedByItself AlMachine::ChangedByItself(const track::AlStatusRead& read, es
   event.before = before;
   event.status = read.status;
   event.before_since = last_seen_;
+  event.before_first = since_;
   event.code = read.status_code;
   event.after_pause = paused_;
   event.rose_unasked = unasked_.Proof(read.status.state());

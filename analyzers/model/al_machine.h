@@ -60,6 +60,7 @@ class AlMachine {
   /// The family's table to evaluate by; may change when the identity becomes known. Never null.
   void SetFamily(const device::DeviceDescription& family) { family_ = &family; }
   void SetTimeouts(const AlTimeouts& timeouts) { timeouts_ = timeouts; }
+  [[nodiscard]] const AlTimeouts& timeouts() const { return timeouts_; }
   /// Register 0x0141 bit 0: such a slave echoes the acknowledge bit as error bit (esc-reference 5.3).
   void SetDeviceEmulation(bool emulation) {
     emulation_ = emulation;

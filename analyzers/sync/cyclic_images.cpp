@@ -49,9 +49,13 @@ bool CyclicImage::Add(const FrameTime& time, bool was_sent, bool taken, bool in_
   gap = Between(from, time);
   const bool both_in_op = std::exchange(in_op_, in_op) && in_op;
   if (in_op && !both_in_op) op_intervals_ = kept_ = 0;
-  if (!next || !from.frame.seen()) return false;
+  if (!next || !from.frame.seen()) {
+    rhythm = BetweenBy(rhythm_base(), from, time);
+    return false;
+  }
   AddInterval(from, time);
-  if (taken && gap.base != TimeBase::kNone) Note(gap.ns, both_in_op);
+  rhythm = BetweenBy(rhythm_base(), from, time);
+  if (taken && rhythm.base != TimeBase::kNone) Note(rhythm.ns, both_in_op);
   return true;
 }
 

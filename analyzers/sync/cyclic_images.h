@@ -25,6 +25,7 @@ struct CyclicImage {
   bool last_was_sent = false;  ///< its outbound copy is in the capture: the time is that of its sending
   FrameNo gap_from = 0;        ///< last frame but one ...
   Interval gap;                ///< ... and how far it lies before the last, for all slaves that both of them fed
+  Interval rhythm;             ///< the same by rhythm_base(); kNone: that clock does not show it
   IntervalStatistics by_dc, by_esl, by_stamp;
   /// Median of the last intervals between frames that a slave accepted, renewed now and then: masters change their
   /// cycle. Once slaves are in OP it is theirs: before, masters may send in another rhythm.
@@ -37,6 +38,13 @@ struct CyclicImage {
   std::uint64_t sent_count = 0;
 
   [[nodiscard]] std::pair<const IntervalStatistics*, TimeBase> Best() const;
+  /// The clock by which most intervals are measured. Intervals of two clocks are not compared: a master that sets the
+  /// reference clock now and then leaves a few that only stamps measure.
+  [[nodiscard]] TimeBase rhythm_base() const {
+    const std::uint64_t all = by_stamp.count();
+    if (by_dc.count() * 2 >= all && by_dc.count() > 0) return TimeBase::kDc;
+    return by_esl.count() * 2 >= all && by_esl.count() > 0 ? TimeBase::kEsl : TimeBase::kCapture;
+  }
   /// The median rests on enough intervals, and is none of 0. Where most of these lie before OP, those in OP keep to it.
   [[nodiscard]] bool has_nominal() const {
     return nominal_of >= kEnoughIntervals && nominal_ns > 0 && (!in_op_ || holds_in_op());
@@ -45,7 +53,7 @@ struct CyclicImage {
   /// @param was_sent its outbound copy is in the capture
   /// @param taken  a slave took part in them
   /// @param in_op  some slave whose data these are is in OP
-  /// @return whether it is the next after the last one, so that `gap` counts as an interval
+  /// @return whether it is the next after the last one, so that `gap` and `rhythm` count as an interval
   bool Add(const FrameTime& time, bool was_sent, bool taken, bool in_op);
 
  private:

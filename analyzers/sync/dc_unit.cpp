@@ -55,12 +55,19 @@ DcUnit::Change DcUnit::On(const track::SlaveAccess& access, const esc::RegisterI
   }
   if (!access.read.empty() && !access.broadcast) OnRead(access);
   if (configures) OnWrite(access, registers);
+  if (Overlaps(access, length, esc::kSync0Cycle, 4)) cycle_ = registers.Value<std::uint32_t>(esc::kSync0Cycle);
   return OnActivation(access, registers);
 }
 
 void DcUnit::Doubt(const track::SlaveAccess& access) {
-  if (access.written.empty() || !Overlaps(access, access.written.size(), esc::kDcActivation, 1)) return;
+  if (access.written.empty()) return;
+  if (Overlaps(access, access.written.size(), esc::kSync0Cycle, 4)) {
+    cycle_.reset();
+    cycle_changed_ = access.frame().number;
+  }
+  if (!Overlaps(access, access.written.size(), esc::kDcActivation, 1)) return;
   activation_.reset();
+  activation_changed_ = access.frame().number;
   active_.reset();
 }
 
@@ -112,6 +119,7 @@ void DcUnit::OnWrite(const track::SlaveAccess& access, const esc::RegisterImage&
   if (Overlaps(access, access.written.size(), esc::kSystemTime, 8)) own_time_.reset();
   if (Overlaps(access, access.written.size(), esc::kSync0Cycle, 4)) {
     const auto cycle = registers.Value<std::uint32_t>(esc::kSync0Cycle);
+    if (!cycle || cycle != cycle_) cycle_changed_ = access.frame().number;
     cycle_configured_ = cycle && *cycle != 0 && !access.broadcast ? access.frame() : FrameRef{};
     if (active_ && cycle && cycle != active_->sync0_cycle_ns) cycle_rewritten_ = access.frame();
   }
@@ -126,6 +134,7 @@ DcUnit::Change DcUnit::OnActivation(const track::SlaveAccess& access, const esc:
   const esc::SyncActivation now{activation[0]};
   const bool was_active = activation_ && activation_->active();
   was_known_ = activation_.has_value();
+  if (written && (!was_known_ || activation_->raw != now.raw)) activation_changed_ = access.frame().number;
   activation_ = told_activation_ = now;
   if (!now.active()) {
     if (left_on_ && left_on_->clock_set == 0) left_on_.reset();  // in time
@@ -136,6 +145,8 @@ DcUnit::Change DcUnit::OnActivation(const track::SlaveAccess& access, const esc:
   if (was_active) return Change::kNone;
   SyncSettings settings = SettingsIn(registers);
   settings.frame = access.frame();
+  settings.written = written;
+  settings.was_off = was_known_;
   settings.activation = now;
   active_ = settings;
   cycle_rewritten_ = {};
@@ -158,7 +169,7 @@ SyncSettings DcUnit::SettingsIn(const esc::RegisterImage& registers) const {
 
 void DcUnit::BeginAnew() {
   if (active_) {
-    left_on_ = SyncLeftOn{active_->frame.number, 0, 0};
+    left_on_ = SyncLeftOn{active_->frame.number, active_->written, 0, 0};
   } else if (left_on_ && left_on_->off != 0) {
     left_on_.reset();
   }

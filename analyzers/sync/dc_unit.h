@@ -16,16 +16,20 @@ namespace ecaudit::sync {
 
 /// The SYNC unit as it stood when it was switched on.
 struct SyncSettings {
-  FrameRef frame;
+  FrameRef frame;        ///< that wrote 0x0981, or was the first to show it
+  bool written = false;  ///< it was written in this frame, else read
+  bool was_off = false;  ///< it is known to have been off before
   esc::SyncActivation activation;
   std::optional<std::uint64_t> start_ns;  ///< 0x0990
   bool start_is_64_bit = false;           ///< else only its low half counts: no more is known, or used by the slave
   std::optional<std::uint32_t> sync0_cycle_ns, sync1_cycle_ns;
 };
 
-/// SYNC0 or SYNC1 was on at the end of a run, and still was when the master set the clock for the next one.
+/// SYNC0 or SYNC1 was on at the end of a run, and the master had not switched it off when it set the clock for the next
+/// one.
 struct SyncLeftOn {
-  FrameNo on = 0;         ///< the frame that switched it on, in the run before
+  FrameNo on = 0;  ///< the frame that switched it on in the run before, or was the first to show it
+  bool on_written = false;
   FrameNo clock_set = 0;  ///< the first write to time, offset or delay while it was on; 0: none yet
   FrameNo off = 0;        ///< the frame that switched it off at last; 0: none did
 };
@@ -48,6 +52,9 @@ class DcUnit {
   [[nodiscard]] bool present() const { return present_; }
   /// 0x0981; unset while nothing shows it.
   [[nodiscard]] const std::optional<esc::SyncActivation>& activation() const { return activation_; }
+  /// The last frame that wrote another value to 0x0981 or 0x09A0, or a value while it was unknown; 0: none did.
+  [[nodiscard]] FrameNo activation_changed() const { return activation_changed_; }
+  [[nodiscard]] FrameNo cycle_changed() const { return cycle_changed_; }
   /// Before the last change of 0x0981: whether it was known.
   [[nodiscard]] bool activation_was_known() const { return was_known_; }
   /// Set while SYNC0 or SYNC1 is being generated.
@@ -88,6 +95,8 @@ class DcUnit {
   void Doubt(const track::SlaveAccess& access);
   /// The slave is set up again: what SYNC0 does is unknown until it is written or read.
   void BeginAnew();
+  /// The slave reached OP: what was left on before hindered nothing.
+  void ReachedOp() { left_on_.reset(); }
 
   [[nodiscard]] DcSummary Summary(const esc::RegisterImage& registers) const;
 
@@ -103,6 +112,8 @@ class DcUnit {
   bool present_ = false;
   bool adjusted_ = false;
   bool was_known_ = false;
+  FrameNo activation_changed_ = 0, cycle_changed_ = 0;
+  std::optional<std::uint32_t> cycle_;  ///< 0x09A0 after the last access to it
   std::optional<esc::SyncActivation> activation_;
   std::optional<SyncSettings> active_, last_active_;
   std::optional<SyncLeftOn> left_on_;

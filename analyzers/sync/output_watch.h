@@ -57,6 +57,11 @@ struct OutputWatch {
     if (of != nullptr && of == image && of->gap_from == last.frame.number && FedInOp()) return of->gap;
     return GapByClocks(time);
   }
+  /// The same by the clock that measures the rhythm of its outputs; kNone: that clock does not show it.
+  [[nodiscard]] Interval RhythmTo(const FrameTime& time, const CyclicImage* of) const {
+    if (of != nullptr && of == image && of->gap_from == last.frame.number) return of->rhythm;
+    return image != nullptr ? BetweenBy(image->rhythm_base(), last, time) : Interval{};
+  }
   /// From which length on a gap is reported, ns; 0: none is.
   [[nodiscard]] TimeNs GapLimit(const CyclicImage* of) const {
     const bool known = of != nullptr && of->has_nominal();

@@ -211,8 +211,8 @@ const CyclicImage* SyncModel::Measure(const ProcessDatagram& pending, const Fram
   CyclicImage* image = images_.Find(pending.command, pending.address);
   if (image == nullptr) return nullptr;
   const bool interval = image->Add(time, sent_.seen(), pending.wkc > 0 || pending.assumed, in_op);
-  if (interval && image->gap.base != TimeBase::kNone && sink_.HasSubscribers<IntervalMeasured>()) {
-    sink_.Publish(IntervalMeasured{*image, time.frame, image->gap.ns});
+  if (interval && image->rhythm.base != TimeBase::kNone && sink_.HasSubscribers<IntervalMeasured>()) {
+    sink_.Publish(IntervalMeasured{*image, time.frame, image->rhythm.ns});
   }
   return image;
 }
@@ -244,11 +244,12 @@ void SyncModel::Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* 
   // The grid begins again when its cycles do.
   if (!in_op || !watch.in_op || by_sync0) watch.grid.End();
   if (!in_op || !watch.in_op) return;
+  const Interval rhythm = watch.RhythmTo(time, image);
   if (watch.image != nullptr && watch.image->has_nominal()) {
     if (!watch.rate.Follows(*watch.image)) RenewRate(id, slave);
-    watch.rate.Add(gap, watch.last.frame, time.frame);
+    watch.rate.Add(rhythm, watch.last.frame, time.frame);
   }
-  if (!by_sync0) MeasureArrival(id, watch, time, gap);
+  if (!by_sync0) MeasureArrival(id, watch, time, rhythm);
 }
 
 void SyncModel::PublishGap(SlaveId id, const OutputWatch& watch, const Interval& gap, const FrameRef& after) {
@@ -522,6 +523,7 @@ void SyncModel::On(const track::AlStatusRead& read) {
     watch.op_since = {};
   } else if (bus_.slave(read.slave).al.SettledIn(esc::AlState::OP)) {
     watch.op_since = read.frame;
+    Of(read.slave).dc.ReachedOp();
   }
 }
 

@@ -37,7 +37,7 @@ namespace ecaudit::sync {
 /// 999.9 us counts as one of 1 ms. Null when there is none.
 [[nodiscard]] const device::JitterLimit* LimitFor(const model::SlaveModel& slave, TimeNs measured);
 
-/// Process data of `image` came `interval` after the last ones, by the best clock that both frames have.
+/// Process data of `image` came `interval` after the last ones, by its rhythm_base().
 struct IntervalMeasured {
   const CyclicImage& image;
   FrameRef frame;

@@ -61,17 +61,33 @@ struct Interval {
   TimeBase base = TimeBase::kNone;
 };
 
-/// From `a` to `b` by the best clock that both have; kNone when there is none, or when it runs backwards. If the
-/// reference clock was set in between, it measures nothing: some masters set it in each cycle.
-[[nodiscard]] inline Interval Between(const FrameTime& a, const FrameTime& b) {
-  if (a.dc && b.dc && a.dc->epoch == b.dc->epoch) {
-    const auto ns = Forward(*a.dc, *b.dc);
-    if (!ns) return {};  // the bases shall not be mixed
-    return {*ns, TimeBase::kDc};
+/// From `a` to `b` by this clock; kNone when one of them lacks it, when it runs backwards, or was set in between.
+[[nodiscard]] inline Interval BetweenBy(TimeBase base, const FrameTime& a, const FrameTime& b) {
+  switch (base) {
+    case TimeBase::kDc:
+      if (a.dc && b.dc) {
+        if (const auto ns = Forward(*a.dc, *b.dc)) return {*ns, base};
+      }
+      return {};
+    case TimeBase::kEsl:
+      if (a.esl && b.esl && *b.esl >= *a.esl) return {Elapsed(*a.esl, *b.esl), base};
+      return {};
+    case TimeBase::kCapture:
+      if (a.stamp && b.stamp && *b.stamp >= *a.stamp) return {Elapsed(*a.stamp, *b.stamp), base};
+      return {};
+    case TimeBase::kNone:
+      break;
   }
-  if (a.esl && b.esl && *b.esl >= *a.esl) return {Elapsed(*a.esl, *b.esl), TimeBase::kEsl};
-  if (a.stamp && b.stamp && *b.stamp >= *a.stamp) return {Elapsed(*a.stamp, *b.stamp), TimeBase::kCapture};
   return {};
+}
+
+/// From `a` to `b` by the best clock that both have, for a single pause; kNone when there is none, or when it runs
+/// backwards. If the reference clock was set in between, it measures nothing: some masters set it in each cycle. What
+/// is compared with other intervals keeps to one clock: CyclicImage::rhythm_base().
+[[nodiscard]] inline Interval Between(const FrameTime& a, const FrameTime& b) {
+  if (a.dc && b.dc && a.dc->epoch == b.dc->epoch) return BetweenBy(TimeBase::kDc, a, b);
+  const Interval esl = BetweenBy(TimeBase::kEsl, a, b);
+  return esl.base != TimeBase::kNone ? esl : BetweenBy(TimeBase::kCapture, a, b);
 }
 
 }  // namespace ecaudit::sync

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,34 +19,32 @@
 namespace ecaudit::al_error_standing {
 namespace {
 
+// Of one slave.
+constexpr std::string_view kMessage =
+    R"(AL Status is {al_status:number} ({al_status}) [from {frame} to {last_read_frame}
+({reads})][{!last_read_frame}in {frame}, the only read].[ {no_error_frame} is the last that shows the slave without
+error. The error began after it, while the capture does not show the slave.][{!no_error_frame} The error began before
+the capture shows the slave.][ The AL status code (0x0134) is {al_status_code}.][{?no_code} The AL status code (0x0134)
+is 0: the slave gives no reason.][{!al_status_code}{!no_code} The master did not read the AL status code (0x0134), so
+the reason of the slave is not in the capture.][ If the slave set the error by itself, the cause by [{?manual}the
+manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])";
+constexpr std::string_view kNext =
+    R"([{?al_status_code}Correct what the AL status code names.][{!al_status_code}{!no_code}Read the AL status
+code (0x0134).] Acknowledge the error (bit 4 of AL Control), then request the states in order.[{!no_error_frame} To see
+how the error began, capture from the start of the master on.])";
+
 constexpr FindingKind kActiveWhenFirstSeen{
     .name = "active-when-first-seen",
     .title = "{al_status} active when first seen[, AL status code {al_status_code}]",
-    .message = R"(AL Status is {al_status:number} ({al_status}) [from the first read in {frame} to {last_read_frame}
-({reads})][{!last_read_frame}in {frame}, the only read]. The error began before the capture shows the slave.[ The AL
-status code (0x0134) is {al_status_code}.][{?no_code} The AL status code (0x0134) is 0: the slave gives no
-reason.][{!al_status_code}{!no_code} The master did not read the AL status code (0x0134), so the reason of the slave
-is not in the capture.][ If the slave set the error by itself, the cause by [{?manual}the manual
-({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",
-    .next =
-        R"([{?al_status_code}Correct what the AL status code names.][{!al_status_code}{!no_code}Read the AL status
-code (0x0134).] Acknowledge the error (bit 4 of AL Control), then request the states in order. To see how the error
-began, capture from the start of the master on.)",
+    .message = kMessage,
+    .next = kNext,
     .identity = "al_status al_status_code"};
 
 constexpr FindingKind kActiveWhenSeenAgain{
     .name = "active-when-seen-again",
     .title = "{al_status} active when seen again[, AL status code {al_status_code}]",
-    .message = R"(AL Status is {al_status:number} ({al_status}) [from {frame} to {last_read_frame}
-({reads})][{!last_read_frame}in {frame}, the only read since]. {no_error_frame} is the last that shows the slave
-without error. The error began after it, while the capture does not show the slave.[ The AL status code (0x0134) is
-{al_status_code}.][{?no_code} The AL status code (0x0134) is 0: the slave gives no
-reason.][{!al_status_code}{!no_code} The master did not read the AL status code (0x0134), so the reason of the slave
-is not in the capture.][ If the slave set the error by itself, the cause by [{?manual}the manual
-({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",
-    .next =
-        R"([{?al_status_code}Correct what the AL status code names.][{!al_status_code}{!no_code}Read the AL status
-code (0x0134).] Acknowledge the error (bit 4 of AL Control), then request the states in order.)",
+    .message = kMessage,
+    .next = kNext,
     .identity = "al_status al_status_code"};
 
 constexpr FindingKind kActiveOnBus{

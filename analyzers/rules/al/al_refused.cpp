@@ -18,7 +18,8 @@ namespace {
 constexpr FindingKind kRefused{
     .name = "refused",
     .title =
-        "[{?reason}{requested} refused with {al_status_code:number}: {reason}][{!reason}{requested} "
+        "[{?reason}{requested} refused with {al_status_code:number}: [{?reason_inferred}maybe "
+        "]{reason}][{!reason}{requested} "
         "refused[ in {state_before}][ with AL status code {al_status_code}]]",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. From {frame} on AL Status is {al_status:number} ({al_status}).[ The AL status code (0x0134) is
@@ -26,9 +27,11 @@ constexpr FindingKind kRefused{
 is not in the capture.][ Later AL status codes: {later_codes}.][ This transition requires: {requirement}.])",
     .next =
         R"([{?caused}Correct the cause.][{!caused}[{?no_boot}Do not request {requested}: the slave does not have this
-state. Acknowledge the error (bit 4 of AL Control).][{!no_boot}[{?reason}Correct this.][{!reason}[{?al_status_code}Check the settings
-that the AL status code names.][{!al_status_code}Read the AL status code (0x0134).]] Then acknowledge the error (bit 4 of AL Control) and
-request {requested} again.]])",
+state. Acknowledge the error (bit 4 of AL Control).][{!no_boot}[{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
+this.][{!reason}[{?names_no_setting}This AL status code names no setting: find its meaning in the manual of the slave,
+or ask its vendor.][{!names_no_setting}[{?checked}Check what else the AL status code names, and the firmware of the
+slave.][{!checked}[{?al_status_code}Check the settings that the AL status code names.][{!al_status_code}Read the AL status
+code (0x0134).]]]] Then acknowledge the error (bit 4 of AL Control) and request {requested} again.]])",
     .identity = "requested state_before al_status_code"};
 
 constexpr FindingKind kNotAcknowledged{
@@ -39,8 +42,12 @@ constexpr FindingKind kNotAcknowledged{
 to {last_request_frame}]. AL Status in {frame} is still {al_status:number} ({al_status}).[ The AL status code (0x0134)
 is {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the
 slave is not in the capture.][ Later AL status codes: {later_codes}.])",
-    .next = R"([{?caused}Correct the cause.][{!caused}[{?al_status_code}Check the settings that the AL status code
-names.][{!al_status_code}Read the AL status code (0x0134).] Then acknowledge the error again.])",
+    .next =
+        R"([{?caused}Correct the cause.][{!caused}[{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
+this.][{!reason}[{?names_no_setting}This AL status code names no setting: find its meaning in the manual of the slave,
+or ask its vendor.][{!names_no_setting}[{?checked}Check what else the AL status code names, and the firmware of the
+slave.][{!checked}[{?al_status_code}Check the settings that the AL status code names.][{!al_status_code}Read the AL status
+code (0x0134).]]]] Then acknowledge the error again.])",
     .identity = "requested al_status_code"};
 
 constexpr FindingKind kRefusedOnBus{
@@ -99,7 +106,9 @@ The finding needs an error bit that appears after a request that the slave accep
 - If the model knows why the slave had to refuse (an illegal transition, a wrong sync manager), caused_by names that
   finding.
 - For many AL status codes the finding lists what the capture shows of the registers, objects and counters that can be
-  the reason: what is wrong, and what was checked and is right. The settings at the time when the code is read count.
+  the reason: what is wrong, and what was checked and is right. The settings at the refusal count.
+- A possible reason ("maybe" in the title) makes the finding inferred: another cycle of the process data, SYNC0 left on,
+  another synchronisation type, a sync manager that was written while it was enabled.
 - With an ESI (--esi), the finding lists the init commands of the ESI that the capture does not show. The capture must
   show how the slave reached PREOP.
 - The finding belongs to the bus if only broadcast reads show the error bit, at least three times after a request
@@ -212,6 +221,11 @@ class AlRefused final : public Rule {
     if (slave < open_.size()) open_[slave] = kNoFinding;
   }
 
+  /// An unspecified error, and codes of the vendor.
+  [[nodiscard]] static bool NamesNoSetting(std::uint16_t code) {
+    constexpr std::uint16_t kUnspecified = 0x0001, kFirstOfVendors = 0x8000;
+    return code == kUnspecified || code >= kFirstOfVendors;
+  }
   /// It requests only the end of the error.
   [[nodiscard]] static bool IsAcknowledge(const model::AlAnswered& e) {
     return e.request.from == e.request.control.state() && e.request.control.bit4();
@@ -275,6 +289,7 @@ class AlRefused final : public Rule {
     const bool no_boot =
         std::find(reported.codes.begin(), reported.codes.end(), kBootNotSupported) != reported.codes.end();
     if (no_boot) finding.Set("no_boot", arg::Flag());
+    if (NamesNoSetting(reported.codes.front())) finding.Set("names_no_setting", arg::Flag());
   }
 
   std::vector<FindingIndex> open_;  // of each slave: whose repetitions and code are awaited

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
@@ -16,28 +17,38 @@
 namespace ecaudit::al_unexpected_change {
 namespace {
 
+// Of one slave.
+constexpr std::string_view kMessage =
+    R"(AL Status is {al_status_before} in {before_frame}, and {al_status} ({al_status:number}) in {frame}.
+No request of the master explains that.[ The AL status code (0x0134) is {al_status_code}.][ The cause by
+[{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])";
+constexpr std::string_view kNext =
+    R"([{?caused}Correct the cause.][{!caused}[{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
+this.][{!reason}Check what happened between {before_frame} and {frame}: {advice}.]])";
+
+// Of all slaves together.
+constexpr std::string_view kMessageOfBus =
+    R"(Broadcast reads of AL Status, with a working counter of {slaves:number}, show {al_status_of_all_before} in
+{before_frame}. From {frame} to {last_read_frame} they show {al_status_of_all}. No request of the master explains
+that.)";
+constexpr std::string_view kNextOfBus =
+    R"([{?caused}Correct the cause.][{!caused}Read AL Status (0x0130) and its code (0x0134) from [{?one}the
+slave][{!one}each slave]. Check what happened between {before_frame} and {frame}.])";
+
 constexpr FindingKind kDropped{
     .name = "dropped",
     .title =
-        "Drops from {al_status_before} to {al_status}[{?reason} ({al_status_code:number}): {reason}][{!reason} by "
-        "itself[, AL status code {al_status_code}]]",
-    .message = R"(AL Status is {al_status_before} in {before_frame}, and {al_status} ({al_status:number}) in {frame}.
-No request of the master explains the change.[ The AL status code (0x0134) is {al_status_code}.][ The cause by
-[{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",
-    .next =
-        R"([{?caused}Correct the cause.][{!caused}Check what happened between {before_frame} and {frame}: pauses of
-the process data, lost frames, link errors.])",
+        "Drops from {al_status_before} to {al_status}[{?reason} ({al_status_code:number}): "
+        "[{?reason_inferred}maybe ]{reason}][{!reason} by itself[, AL status code {al_status_code}]]",
+    .message = kMessage,
+    .next = kNext,
     .identity = "al_status_before al_status al_status_code"};
 
 constexpr FindingKind kErrorBitSet{
     .name = "error-bit-set",
     .title = "Error bit set in {al_status_before} without a request[, AL status code {al_status_code}]",
-    .message = R"(AL Status is {al_status_before} in {before_frame}, and {al_status} ({al_status:number}) in {frame}.
-No request of the master explains the error.[ The AL status code (0x0134) is {al_status_code}.][ The cause by
-[{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",
-    .next =
-        R"([{?caused}Correct the cause.][{!caused}Check what happened between {before_frame} and {frame}: pauses of
-the process data, lost frames, link errors.])",
+    .message = kMessage,
+    .next = kNext,
     .identity = "al_status_before al_status al_status_code"};
 
 constexpr FindingKind kAllDropped{
@@ -56,25 +67,15 @@ constexpr FindingKind kDroppedOnBus{
     .title =
         "[{?one}The slave drops][{!one}One or more of {slaves} drop] to {dropped_to}[{?with_error} with an error] by "
         "[{?one}itself][{!one}themselves]",
-    .message =
-        R"(Broadcast reads of AL Status, with a working counter of {slaves:number}, show {al_status_of_all_before} in
-{before_frame}. From {frame} to {last_read_frame} they show {al_status_of_all}. No request of the master explains the
-change.)",
-    .next =
-        R"([{?caused}Correct the cause.][{!caused}Read AL Status (0x0130) and its code (0x0134) from [{?one}the
-slave][{!one}each slave]. Check what happened between {before_frame} and {frame}.])",
+    .message = kMessageOfBus,
+    .next = kNextOfBus,
     .identity = "dropped_to with_error"};
 
 constexpr FindingKind kErrorBitOnBus{
     .name = "error-bit-on-bus",
     .title = "[{?one}The slave sets][{!one}One or more of {slaves} set] the error bit without a request",
-    .message =
-        R"(Broadcast reads of AL Status, with a working counter of {slaves:number}, show {al_status_of_all_before} in
-{before_frame}. From {frame} to {last_read_frame} they show {al_status_of_all}. No request of the master explains the
-error.)",
-    .next =
-        R"([{?caused}Correct the cause.][{!caused}Read AL Status (0x0130) and its code (0x0134) from [{?one}the
-slave][{!one}each slave]. Check what happened between {before_frame} and {frame}.])"};
+    .message = kMessageOfBus,
+    .next = kNextOfBus};
 
 constexpr NoteKind kCodeNotRead{.name = "code-not-read",
                                 .text = "The master did not read the AL status code (0x0134)."};
@@ -90,7 +91,7 @@ constexpr NoteKind kUndefinedState{
 or not as the standard requires.)"};
 constexpr NoteKind kMayBeRestart{
     .name = "may-be-restart",
-    .text = "Without the error bit this is typical of a restart of the slave, or of another master."};
+    .text = "Without the error bit this is typical of [{?to_init}a restart of the slave, or of ]another master."};
 constexpr NoteKind kOnlySlaveLeft{
     .name = "only-slave-left",
     .text = "It is {slave}: the master read all other slaves, and none of them shows the change."};
@@ -104,6 +105,12 @@ constexpr const FindingKind* kKinds[] = {&kDropped, &kErrorBitSet, &kAllDropped,
 constexpr const NoteKind* kOwnNotes[] = {&kCodeNotRead,  &kErrorOfSome,   &kUndefinedState,
                                          &kMayBeRestart, &kOnlySlaveLeft, &kSlaveNotKnown};
 constexpr auto kNotes = refusal::With(kOwnNotes);
+
+// What takes a slave to a state.
+constexpr Word kProcessData{"process-data", "pauses of the process data, lost frames, link errors"};
+constexpr Word kSettings{"settings", "accesses to SM2 and SM3 and to their PDOs, faults of the slave itself"};
+constexpr Word kPower{"power", "its power supply, restarts of the slave, accesses to SM0 and SM1"};
+constexpr Word kOtherMaster{"other-master", "other masters, and requests that the capture does not hold"};
 
 constexpr Word kRequest{"request", "a request of the master"};
 constexpr Word kAlStatusTwice{"al-status-twice", "AL Status (0x0130) twice"};
@@ -152,7 +159,12 @@ samples/captures/falls-out-of-op.pcapng: 0x001B after the process data paused.
 
 ## What to do
 Use the AL status code: 0x001B process data stopped (watchdog), 0x001A, 0x002C, 0x0032, 0x0034 synchronisation. Check
-what happened between the two frames: pauses of the process data, lost frames, link errors, other requests.
+what happened between the two frames:
+
+- Drop to SAFEOP with an error: pauses of the process data, lost frames, link errors.
+- Drop to PREOP with an error: accesses to SM2 and SM3 and to their PDOs, faults of the slave itself.
+- Drop to INIT: its power supply, restarts of the slave, accesses to SM0 and SM1.
+- Drop to SAFEOP or PREOP without an error: other masters, and requests that the capture does not hold.
 )"};
 
 class AlUnexpectedChange final : public Rule {
@@ -364,8 +376,10 @@ class AlUnexpectedChange final : public Rule {
     Reported& reported = reported_[index];
     if (reported.code) return;
     reported.code = code;
-    reported.reasons = FindRefusalReasons(
-        context(), {.slave = reported.change.slave, .code = code, .shown = reported.change.frame.number});
+    reported.reasons = FindRefusalReasons(context(), {.slave = reported.change.slave,
+                                                      .code = code,
+                                                      .shown = reported.change.frame.number,
+                                                      .held_since = reported.change.before_first});
     Describe(context().store[index], reported);
     AddRelated(context().store[index], frame.number == context().store[index].first.number ? 0 : frame.number);
   }
@@ -377,6 +391,7 @@ class AlUnexpectedChange final : public Rule {
     finding.Set("al_status_before", arg::Status(e.before.raw))
         .Set("al_status", arg::Status(e.status.raw))
         .Set("before_frame", arg::Frame(e.before_since));
+    finding.Set("advice", arg::Of(AdviceFor(e)));
     finding.notes.clear();
     if (reported.code) {
       SetCode(finding, e, *reported.code, family);
@@ -388,8 +403,17 @@ class AlUnexpectedChange final : public Rule {
     } else if (!esc::IsAlState(e.status.state())) {
       finding.Add(kUndefinedState, {{"state", arg::Number(e.status.state())}});
     } else {
-      finding.Add(kMayBeRestart);
+      finding.Add(kMayBeRestart, {{"to_init", arg::Flag(e.status.state() == kInit)}});
     }
+  }
+
+  /// Only slaves in SAFEOP and OP watch their process data: without these they drop to SAFEOP, no further.
+  [[nodiscard]] static const Word& AdviceFor(const model::AlChangedByItself& e) {
+    const std::uint8_t state = e.status.state();
+    if (state == kInit || !esc::IsAlState(state)) return kPower;
+    const bool error = e.status.bit4() || e.error_of_some;
+    if (!error) return kOtherMaster;
+    return state == kSafeop || state == kOp ? kProcessData : kSettings;
   }
 
   static void SetCode(Finding& finding, const model::AlChangedByItself& e, std::uint16_t code,
@@ -410,6 +434,9 @@ class AlUnexpectedChange final : public Rule {
 
   static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 40U;
   static constexpr std::uint16_t kErrorBit = 0x10;
+  static constexpr auto kInit = static_cast<std::uint8_t>(esc::AlState::INIT);
+  static constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
+  static constexpr auto kOp = static_cast<std::uint8_t>(esc::AlState::OP);
 
   std::vector<model::AlChangedByItself> pending_;  // shown by one broadcast read: one finding of all, or one of each
   std::vector<FindingIndex> open_;                 // of each slave: whose repetitions and code are awaited

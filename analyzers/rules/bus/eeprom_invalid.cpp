@@ -137,8 +137,8 @@ class EepromInvalid final : public Rule {
   void On(const track::EepromError& e) {
     if (e.write || (e.bits & kNotUsable) == 0) return;
     Slave& slave = slaves_[e.slave];
-    if (slave.errors == 0) slave.error = e.frame;
-    slave.errors = static_cast<std::uint16_t>(slave.errors | (e.bits & kNotUsable));
+    const auto bits = static_cast<std::uint16_t>(e.bits & kNotUsable);
+    if (std::exchange(slave.errors, bits) != bits) slave.error = e.frame;
   }
   void On(const track::EepromWrite& e) { slaves_[e.slave].written = true; }
   void On(const model::AlAnswered& e) {
@@ -153,7 +153,11 @@ class EepromInvalid final : public Rule {
   }
 
   void Finish() override {
-    for (const auto& [id, slave] : slaves_) Evaluate(id, slave);
+    for (auto& [id, slave] : slaves_) {
+      // A slave controller that still loads its EEPROM shows these bits, too: the last status counts.
+      slave.errors &= context().network().state(id).sii.status().value_or(0);
+      Evaluate(id, slave);
+    }
     (void)NotEvaluableWithoutReturns();
   }
 
@@ -161,7 +165,7 @@ class EepromInvalid final : public Rule {
   struct Slave {
     FrameRef first, last;  ///< of the reads
     bool blank = true;
-    std::uint16_t errors = 0;  ///< EepromErrorBit
+    std::uint16_t errors = 0;  ///< EepromErrorBit, as shown last
     FrameRef error;
     bool written = false;
     FrameRef reached;  ///< it left INIT

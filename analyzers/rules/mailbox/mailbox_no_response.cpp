@@ -27,11 +27,13 @@ response in {polls} over {waited_ms}, the last in {last_poll_frame}.][{!last_pol
 
 constexpr FindingKind kTooEarly{
     .name = "before-state",
-    .title = "[SDO request for {object}][{!object}{protocol} request] written before {requested} is reached",
+    .title =
+        "[SDO request for {object}][{!object}{protocol} request] written "
+        "[{?unread}without waiting for {requested}][{!unread}before {requested} is reached]",
     .message =
         R"(The master requested {requested} in {state_frame} and wrote the [SDO request for {object}][{!object}{protocol}
-request] in {frame}[, {after_us} later]. [{?unread}It did not read AL Status in between.][{!unread}AL Status did not show
-{requested} yet.] In INIT the mailbox is not active, and a slave discards what is written before it has reached
+request] in {frame}[, {after_us} later]. [{?unread}It did not read AL Status in between, so the slave may not have
+reached {requested} yet.][{!unread}AL Status did not show {requested} yet.] In INIT the mailbox is not active, and a slave discards what is written before it has reached
 {requested}. [The master found no response in {polls} over {waited_ms}, the last in {last_poll_frame}.][{!last_poll_frame}The
 master got no response within {waited_ms}.][ Then it sent the next request in {next_request_frame}.][ Then the mailbox was
 reset in {reset_frame}.])",
@@ -147,7 +149,8 @@ The request never got a response, and one of these is true:
 A late response is a response, however late it is.
 
 - A request that is written after the master requested a state out of INIT, and before AL Status showed it, has its own
-  kind: the mailbox was not active yet.
+  kind: the mailbox was not active yet. If AL Status was not read in between, that is inferred, and only for requests
+  within the time that the slave may take.
 - The status of the out mailbox (0x0805) shows whether the slave read the request: if it is still full, it did not.
 - An out mailbox is reported, too, if it is full at each poll until the limit is over and the capture does not show how
   it was filled (before the capture, or in a capture gap). After a capture gap the wait counts as long as nothing is
@@ -240,7 +243,7 @@ class MailboxNoResponse final : public Rule {
       const model::AlMachine& al = context().slave(m.slave).al;
       const bool early = silence.requested_frame.seen() && al.possible().contains(kInit);
       silence.sent[1] =
-          std::exchange(silence.sent[0], {m.frame().number, m.counter_step, early, early && al.waits_for() == nullptr});
+          std::exchange(silence.sent[0], {m.frame().number, m.counter_step, early, early && al.wait().polls == 0});
     }
   }
 
@@ -379,11 +382,22 @@ class MailboxNoResponse final : public Rule {
     return finding;
   }
 
-  static Finding Describe(const mailbox::MailboxUnanswered& e, const Silence& silence) {
+  /// It may be that the slave had not reached the state when the message was written. Where AL Status was not read,
+  /// only within the time that the slave may take.
+  [[nodiscard]] bool MayBeTooEarly(const mailbox::MailboxUnanswered& e, const Silence& silence) const {
+    const Silence::Sent* sent = SentOf(e, silence);
+    if (sent == nullptr || !sent->early || e.read_lost) return false;
+    const FrameRef& asked = silence.requested_frame;
+    if (!sent->unread || !asked.has_time || !e.request.frame.has_time) return true;
+    const TimeNs limit = context().slave(e.slave).al.timeouts().To(silence.requested, false);
+    return Elapsed(asked.time, e.request.frame.time) <= limit;
+  }
+
+  [[nodiscard]] Finding Describe(const mailbox::MailboxUnanswered& e, const Silence& silence) const {
     using End = mailbox::MailboxUnanswered::End;
     const FrameRef& asked = silence.requested_frame;
     const Silence::Sent* sent = SentOf(e, silence);
-    const bool too_early = sent != nullptr && sent->early && !e.read_lost;
+    const bool too_early = MayBeTooEarly(e, silence);
     Finding finding = Found(too_early ? kTooEarly : kNoResponse, e.slave, e.request.frame);
     if (too_early) {
       finding.Set("requested", arg::State(silence.requested))
@@ -394,7 +408,8 @@ class MailboxNoResponse final : public Rule {
       }
       AddRelated(finding, asked.number);
     }
-    finding.confidence = e.read_lost ? Confidence::kInferred : ConfidenceOf(e.certainty);
+    const bool inferred = e.read_lost || (too_early && sent->unread);
+    finding.confidence = inferred ? Confidence::kInferred : ConfidenceOf(e.certainty);
     SetRequest(finding.arguments, e.request);
     finding.Set("waited_ms", arg::Ms(WaitOf(e).value_or(0)))
         .Set("polls", arg::Count(e.polls, "poll"))

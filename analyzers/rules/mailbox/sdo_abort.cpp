@@ -70,8 +70,8 @@ EEPROM or the ESI file.)",
 constexpr NoteKind kIsRegister{
     .name = "register-address",
     .text =
-        R"(Objects of an application begin at 1000h. {address} is the address of a register of the slave controller, which
-FPRD reads.)"};
+        R"(Objects of an application begin at 1000h. {address} may be meant as the address of a register of the slave
+controller, which FPRD reads.)"};
 constexpr NoteKind kNoCompleteAccessInEsi{.name = "esi-no-complete-access",
                                           .text = "The ESI of the slave does not offer complete access."};
 constexpr NoteKind kAssignmentFixed{.name = "esi-fixed-assignment",

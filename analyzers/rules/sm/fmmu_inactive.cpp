@@ -36,11 +36,11 @@ constexpr FindingKind kSwitchedOff{
     .name = "switched-off",
     .title = "The FMMU of the {direction} is switched off in OP",
     .message =
-        R"(The master writes {written_register} in {frame}, while the slave is in OP. Then no active FMMU maps its
-{direction} (sync manager with start {physical_start}, length {length:number}, control {control}). The master does not access
-them directly either. [{?outputs}The slave gets no outputs, and its watchdog will end OP (AL status code
-0x001b).][{!outputs}The master gets no inputs of this slave.])",
-    .next = kNext,
+        R"(The master writes register {written_register} in {frame}, while the slave is in OP. Then no active FMMU maps
+its {direction} (sync manager with start {physical_start}, length {length:number}, control {control}). The master does
+not access them directly either. [{?outputs}The slave gets no outputs[{!stays}[{?watchdog}, and its watchdog will end OP
+(AL status code 0x001b)]].][{!outputs}The master gets no inputs of this slave.])",
+    .next = R"([{?caused}Correct the cause.][{!caused}Do not write FMMUs in OP: find what switches this one off.])",
     .identity = "direction"};
 
 constexpr FindingKind kNotMapped{
@@ -48,9 +48,9 @@ constexpr FindingKind kNotMapped{
     .title = "In OP, but no active FMMU maps the {direction}",
     .message =
         R"(The slave is in OP since {frame}. No active FMMU maps its {direction} (sync manager with start
-{physical_start}, length {length:number}, control {control}). The master does not access them directly either. [{?outputs}The
-slave gets no outputs[{!stays}, and its watchdog will end OP (AL status code 0x001b)].][{!outputs}The master gets no inputs
-of this slave. A slave does not need that to stay in OP.])",
+{physical_start}, length {length:number}, control {control}). The master does not access them directly either.
+[{?outputs}The slave gets no outputs[{!stays}[{?watchdog}, and its watchdog will end OP (AL status code
+0x001b)]].][{!outputs}The master gets no inputs of this slave. A slave does not need that to stay in OP.])",
     .next = kNext,
     .identity = "direction"};
 
@@ -112,7 +112,8 @@ evaluated.
 
 - A write that switches the last FMMU of a direction off in OP is reported at once.
 - Everything else is reported when the slave leaves OP or the capture ends, after at least 20 ms in OP.
-- A slave that stays in OP without outputs for twice its watchdog time shows that its watchdog does not act: a warning.
+- AL Status that shows OP after twice the watchdog time without outputs shows that the watchdog does not act: a
+  warning.
 - Inputs that no FMMU maps are an info: the master does not use them, and the slave does not need that.
 - One access to the memory of the sync manager by position or station address proves an exchange without FMMU.
 
@@ -154,10 +155,12 @@ class FmmuInactive final : public Rule {
 
   void On(const track::AlStatusRead& e) {
     const bool op = e.status.state() == kOp;
+    if (op && e.slave < slaves_.size()) slaves_[e.slave].shown = e.frame;
     if (e.slave >= slaves_.size() && op) slaves_.resize(static_cast<std::size_t>(e.slave) + 1);
     if (e.slave >= slaves_.size() || !op || slaves_[e.slave].op_since.seen()) return;
     Watched& slave = slaves_[e.slave];
-    slave.op_since = e.frame;
+    slave.op_since = slave.shown = e.frame;
+    slave.off = {};
     slave.direct.fill(false);
     slave.reported.fill(false);
   }
@@ -203,6 +206,8 @@ class FmmuInactive final : public Rule {
  private:
   struct Watched {
     FrameRef op_since;  ///< not seen: not in OP
+    FrameRef shown;     ///< the last read that shows it in OP
+    FrameRef off;       ///< its outputs are switched off since then; not seen: they are not
     bool was_in_op = false;
     std::array<bool, 2> direct{};    ///< inputs are read, outputs are written without FMMU
     std::array<bool, 2> reported{};  ///< since it is in OP
@@ -245,14 +250,18 @@ class FmmuInactive final : public Rule {
       if (!long_enough) continue;
       const bool new_one = !slave.reported[outputs ? 1 : 0];
       const FindingIndex index = Evaluate(id, outputs, since, nullptr);
-      if (index != kNoFinding && new_one && !by_itself) GoesOn(id, outputs, index, since, frame);
+      if (index != kNoFinding && new_one && !by_itself) GoesOn(id, outputs, index, since);
     }
+    if (slave.off.seen() && slave.outputs != kNoFinding && !by_itself) GoesOn(id, true, slave.outputs, slave.off);
     slave.op_since = {};
   }
 
-  /// It stayed in OP as long as the master wanted.
-  void GoesOn(SlaveId id, bool outputs, FindingIndex index, const FrameRef& since, const FrameRef& until) {
+  /// It did not leave OP by itself, as far as the capture shows.
+  /// @param since  the frame from which on nothing maps them
+  void GoesOn(SlaveId id, bool outputs, FindingIndex index, const FrameRef& since) {
     if (!outputs) return context().store.Regrade(index, Severity::kInfo);
+    const FrameRef& until = slaves_[id].shown;
+    if (until.number <= since.number || !since.has_time || !until.has_time) return;
     const TimeNs watchdog = context().sync().outputs(id).watchdog_ns;
     const TimeNs stayed = Elapsed(since.time, until.time);
     if (stayed < 2 * watchdog) return;
@@ -260,15 +269,17 @@ class FmmuInactive final : public Rule {
     if (finding.Has(kStaysInOp)) return;
     context().store.Regrade(index, Severity::kWarning);
     Arguments arguments{{"stayed_ms", arg::Ms(stayed)}, {"until_frame", arg::Frame(until.number)}};
+    if (const Word* reason = WatchdogOffBy(id)) arguments.Set("reason", arg::Of(*reason));
+    finding.Set("stays", arg::Flag()).Add(kStaysInOp, std::move(arguments));
+  }
+
+  /// Why its watchdog cannot expire; null if it can.
+  [[nodiscard]] const Word* WatchdogOffBy(SlaveId id) const {
     const track::SlaveState& state = context().network().state(id);
     const auto time = state.registers.Value<std::uint16_t>(esc::kProcessWatchdog);
+    if (time && *time == 0) return &kWatchdogTimeZero;
     const auto manager = state.process_manager(esc::SmDirection::ECAT_WRITES);
-    if (time && *time == 0) {
-      arguments.Set("reason", arg::Of(kWatchdogTimeZero));
-    } else if (manager && !manager->watchdog_trigger()) {
-      arguments.Set("reason", arg::Of(kNoTrigger));
-    }
-    finding.Set("stays", arg::Flag()).Add(kStaysInOp, std::move(arguments));
+    return manager && !manager->watchdog_trigger() ? &kNoTrigger : nullptr;
   }
 
   /// @return the finding; kNoFinding: nothing to report
@@ -307,14 +318,16 @@ class FmmuInactive final : public Rule {
     FindingIndex index = Repeat(id, key, frame);
     if (index == kNoFinding) index = Report(key, Describe(id, outputs, *manager, frame, off, refused));
     if (outputs) slave.outputs = index;
+    if (outputs && off != nullptr) slave.off = frame;
     return index;
   }
 
-  [[nodiscard]] static Finding Describe(SlaveId id, bool outputs, const esc::SyncManager& manager,
-                                        const FrameRef& frame, const track::SlaveAccess* off, bool refused) {
+  [[nodiscard]] Finding Describe(SlaveId id, bool outputs, const esc::SyncManager& manager, const FrameRef& frame,
+                                 const track::SlaveAccess* off, bool refused) const {
     Finding finding = Found(off != nullptr ? kSwitchedOff : refused ? kOpRefused : kNotMapped, id, frame);
     finding.Set("direction", arg::Of(outputs ? kOutputs : kInputs))
         .Set("outputs", arg::Flag(outputs))
+        .Set("watchdog", arg::Flag(WatchdogOffBy(id) == nullptr))
         .Set("physical_start", arg::Hex(manager.start))
         .Set("length", arg::Count(manager.length, "byte"))
         .Set("control", arg::Hex(manager.control, 2))

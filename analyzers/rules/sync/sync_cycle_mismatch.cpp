@@ -22,8 +22,6 @@ namespace {
 
 constexpr std::uint64_t kEnoughCycles = 50;
 constexpr std::uint16_t kInterpolationTime = 0x60C2;
-/// Deviations up to this are a matter of sync-rate-deviation and of the master's jitter.
-constexpr double kTolerance = 0.1;
 
 constexpr Word kInterpolation{"interpolation-time", "the interpolation time (60C2h)"};
 constexpr Word kConfiguredCycle{"configured-cycle", "the configured cycle"};
@@ -264,7 +262,7 @@ class SyncCycleMismatch final : public Rule {
     const auto reported = odd_settings_.find(slave);
     if (reported == odd_settings_.end()) return kNoFinding;
     const auto kept = [observed](TimeNs time) {
-      return std::abs(observed / static_cast<double>(time) - 1) <= kTolerance;
+      return std::abs(observed / static_cast<double>(time) - 1) <= kCycleTolerance;
     };
     for (const OddSetting& odd : reported->second) {
       if ((odd.one == configured && kept(odd.other)) || (odd.other == configured && kept(odd.one))) return odd.index;
@@ -302,12 +300,9 @@ class SyncCycleMismatch final : public Rule {
       return;
     }
     const auto mean = outputs.rate.mean_ns();
-    const double ratio = mean / static_cast<double>(configured);
-    const bool one_each = !slave.profile->sync.source_with_dc.empty();
-    const double nearest = one_each ? 1.0 : ratio >= 1 ? std::round(ratio) : 1.0 / std::round(1.0 / ratio);
-    const double off = std::abs(ratio / nearest - 1);
-    if (off <= kTolerance) return;
-    if (off - outputs.rate.JitterShare() <= kTolerance) {
+    const double off = CycleDeviation(slave, mean, configured);
+    if (off <= kCycleTolerance) return;
+    if (off - outputs.rate.JitterShare() <= kCycleTolerance) {
       NotEvaluable(id, ReasonCode::kTooIrregular, what::kProcessDataTiming);
       return;
     }
@@ -328,7 +323,7 @@ class SyncCycleMismatch final : public Rule {
         .Set("cycles", arg::Count(outputs.rate.cycles(), "cycle"))
         .Set("end_frame", arg::Frame(outputs.rate.last().number))
         .Set("time_base", arg::Of(WordOf(outputs.rate.base())))
-        .Set("one_per_cycle", arg::Flag(one_each));
+        .Set("one_per_cycle", arg::Flag(NeedsOneFrameACycle(slave)));
     Report(3, std::move(finding));
   }
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <deque>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -32,24 +33,27 @@ constexpr std::size_t kFewGaps = 3;
 
 constexpr Word kHalfWatchdog{"half-watchdog", "the difference between a pause and half the watchdog"};
 
+constexpr std::string_view kPauseMessage =
+    R"(From {before_frame} to {frame} the slave in OP got no outputs for {gap_ms} (+-{uncertainty_us} by
+{time_base}).[{!left_op_frame} In {frame} {pause_end}.] Its process data watchdog is {watchdog_ms} (0x0400 =
+{divider}, 0x0420 = {intervals}[{?assumed}; assumed: the values after power-on]).[ In {left_op_frame} it reports
+{left_op_status}[ with AL status code {left_op_code}].][ Its outputs usually come every {usual_ms}.])";
+constexpr std::string_view kPauseNext = "Find out why the master paused, or set a longer watchdog in PREOP.";
+constexpr std::string_view kWatchdogNext = "Set a watchdog of several cycles in PREOP.";
+constexpr std::string_view kNoOutputsNext = "Start the cyclic exchange in SAFEOP, then request OP.";
+
 constexpr FindingKind kExceeded{
     .name = "watchdog-exceeded",
     .title = "Outputs [{?stopped}stopped][{!stopped}paused] for {gap_ms}, longer than the watchdog of {watchdog_ms}",
-    .message = R"(From {before_frame} to {frame} the slave in OP got no outputs for {gap_ms} (+-{uncertainty_us} by
-{time_base}).[{!left_op_frame} In {frame} {pause_end}.] Its process data watchdog is {watchdog_ms} (0x0400 =
-{divider}, 0x0420 = {intervals}[{?assumed}; assumed: the values after power-on]).[ In {left_op_frame} it reports
-{left_op_status}[ with AL status code {left_op_code}].][ Its outputs usually come every {usual_ms}.])",
-    .next = "Find out why the master paused, or set a longer watchdog in PREOP.",
+    .message = kPauseMessage,
+    .next = kPauseNext,
     .identity = "stopped"};
 
 constexpr FindingKind kHalfExceeded{
     .name = "half-watchdog-exceeded",
     .title = "Outputs [{?stopped}stopped][{!stopped}paused] for {gap_ms}, over half the watchdog of {watchdog_ms}",
-    .message = R"(From {before_frame} to {frame} the slave in OP got no outputs for {gap_ms} (+-{uncertainty_us} by
-{time_base}).[{!left_op_frame} In {frame} {pause_end}.] Its process data watchdog is {watchdog_ms} (0x0400 =
-{divider}, 0x0420 = {intervals}[{?assumed}; assumed: the values after power-on]).[ In {left_op_frame} it reports
-{left_op_status}[ with AL status code {left_op_code}].][ Its outputs usually come every {usual_ms}.])",
-    .next = "Find out why the master paused, or set a longer watchdog in PREOP.",
+    .message = kPauseMessage,
+    .next = kPauseNext,
     .identity = "stopped"};
 
 constexpr FindingKind kShorter{
@@ -59,7 +63,7 @@ constexpr FindingKind kShorter{
 watchdog is {watchdog_ms} (0x0400 = {divider}, 0x0420 = {intervals}[{?assumed}; assumed: the values after
 power-on]).[ It was set in {set_frame}.] It expires in [{?every_cycle}every cycle][{!every_cycle}a cycle of
 {longest_cycle_ms}].)",
-    .next = "Set a watchdog of several cycles in PREOP."};
+    .next = kWatchdogNext};
 
 constexpr FindingKind kTight{
     .name = "watchdog-short",
@@ -68,7 +72,7 @@ constexpr FindingKind kTight{
 watchdog is {watchdog_ms} (0x0400 = {divider}, 0x0420 = {intervals}[{?assumed}; assumed: the values after power-on]).[
 It was set in {set_frame}.][{?every_cycle} It expires in every cycle.][{!every_cycle} A single lost or late frame lets
 it expire.])",
-    .next = "Set a watchdog of several cycles in PREOP."};
+    .next = kWatchdogNext};
 
 constexpr FindingKind kRefused{
     .name = "no-outputs-refused",
@@ -76,7 +80,7 @@ constexpr FindingKind kRefused{
     .message =
         R"(The master requested OP in {request_frame}. It sent no outputs for this slave before. In {frame} the slave
 answers {al_status} with AL status code {al_status_code}.)",
-    .next = "Start the cyclic exchange in SAFEOP, then request OP."};
+    .next = kNoOutputsNext};
 
 constexpr FindingKind kRefusedLater{
     .name = "outputs-ended-refused",
@@ -84,14 +88,14 @@ constexpr FindingKind kRefusedLater{
     .message =
         R"(The master requested OP in {request_frame}. The last outputs for this slave are in {last_outputs_frame},
 {since_ms} before the answer. In {frame} the slave answers {al_status} with AL status code {al_status_code}.)",
-    .next = "Start the cyclic exchange in SAFEOP, then request OP."};
+    .next = kNoOutputsNext};
 
 constexpr FindingKind kWaiting{
     .name = "no-outputs-waiting",
     .title = "OP not reached after {waited_ms}: the master sends no outputs",
     .message = R"(The master requested OP in {request_frame}. It sends no outputs for this slave, which has an FMMU for
 them. After {waited_ms}, in {frame}, the slave still reports {al_status}.)",
-    .next = "Start the cyclic exchange in SAFEOP, then request OP."};
+    .next = kNoOutputsNext};
 
 constexpr NoteKind kStillInOp{
     .name = "still-in-op",
@@ -104,7 +108,8 @@ constexpr NoteKind kWaitsForSdo{
     .name = "waits-for-sdo",
     .text =
         R"(In the pause the master waited for an SDO response: [{object}, ]request in {sdo_request_frame}, response in
-{sdo_response_frame}, {sdo_ms}. Its program seems to transfer the SDO in the thread that sends the process data.)"};
+{sdo_response_frame}, {sdo_ms}. It sent no process data of any slave in between: its program may transfer the SDO in the
+thread that sends them.)"};
 
 constexpr const NoteKind* kNotes[] = {&kStillInOp, &kWaitsForSdo};
 
@@ -148,7 +153,8 @@ comes close to it will be too late one day.
   is reported.
 - If the capture does not show the registers, their values after power-on (100 ms) are assumed, and the finding is
   inferred.
-- If the master waited for an SDO response in at least half of the pause, the finding names the transfer.
+- If the master waited for an SDO response in at least half of the pause, and sent no process data of any slave in
+  between, the finding names the transfer.
 - fmmu-inactive reports outputs that no FMMU maps.
 - If the slave is in OP until the end of the capture, and AL Status shows that after the pause, its watchdog did not
   expire: a warning.
@@ -174,10 +180,15 @@ class SyncWatchdogMargin final : public Rule {
     Subscribe<model::AlOverdue>(&SyncWatchdogMargin::On);
     Subscribe<model::AlChangedByItself>(&SyncWatchdogMargin::On);
     Subscribe<mailbox::SdoTransfer>(&SyncWatchdogMargin::On);
+    Subscribe<track::LogicalAccess>(&SyncWatchdogMargin::On);
   }
 
+  void On(const track::LogicalAccess& e) { last_process_data_ = e.sent.seen() ? e.sent.number : e.returned.number; }
+
   void On(const mailbox::SdoTransfer& t) {
+    constexpr TimeNs kLongEnough = 1'000'000;  // no watchdog expires in a shorter one
     if (!t.request.seen() || !t.request.has_time || !t.last.has_time) return;
+    if (Elapsed(t.request.time, t.last.time) < kLongEnough || SentProcessDataSince(t.request.number)) return;
     SdoWait wait{t.request, t.last, {}};
     if (t.has_object) wait.object = arg::Object(t.index, t.subindex);
     sdo_waits_[next_sdo_wait_++ % sdo_waits_.size()] = std::move(wait);
@@ -237,6 +248,7 @@ class SyncWatchdogMargin final : public Rule {
     if (!outputs.direct && !IsMapped(e.slave) && context().network().fmmus(e.slave).any) return;
     // The watchdog counts from the last outputs from any source.
     const bool none = !outputs.seen;
+    if (AcceptsNone(e.slave, none ? 0 : outputs.last.frame.number)) return;
     TimeNs since = 0;
     if (!none) {
       const auto uncertainty = context().sync().Uncertainty(sync::TimeBase::kCapture);
@@ -263,7 +275,7 @@ class SyncWatchdogMargin final : public Rule {
   void On(const model::AlOverdue& e) {
     const bool to_op = e.request.control.state() == static_cast<std::uint8_t>(esc::AlState::OP);
     if (!to_op || e.status.state() != static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return;
-    if (context().sync().outputs(e.slave).seen || !IsMapped(e.slave)) return;
+    if (context().sync().outputs(e.slave).seen || !IsMapped(e.slave) || AcceptsNone(e.slave, 0)) return;
     FindingIndex index = Repeat(e.slave, 4, e.frame);
     if (index == kNoFinding) {
       Finding finding = Found(kWaiting, e.slave, e.frame);
@@ -435,6 +447,21 @@ class SyncWatchdogMargin final : public Rule {
     return reported;
   }
 
+  /// The master sends outputs since `frame`, but the slave counts for none: wkc-never-right and al-refused report that.
+  [[nodiscard]] bool AcceptsNone(SlaveId slave, FrameNo frame) const {
+    return context().slave(slave).outputs.since.last_missed > frame;
+  }
+
+  /// To any slave, also those that are written to its memory.
+  [[nodiscard]] bool SentProcessDataSince(FrameNo frame) const {
+    if (last_process_data_ > frame) return true;
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
+      const sync::OutputWatch& outputs = context().sync().outputs(static_cast<SlaveId>(s));
+      if (outputs.seen && outputs.last.frame.number > frame) return true;
+    }
+    return false;
+  }
+
   /// Whether the master did nothing but wait for an SDO response in most of the pause.
   void AddSdoWait(Finding& finding, const sync::OutputGap& e) const {
     for (const SdoWait& wait : sdo_waits_) {
@@ -576,6 +603,7 @@ class SyncWatchdogMargin final : public Rule {
   };
   std::array<SdoWait, 8> sdo_waits_{};  // the newest
   std::size_t next_sdo_wait_ = 0;
+  FrameNo last_process_data_ = 0;
   std::vector<Consequence> consequences_;
   std::vector<std::optional<sync::OutputGap>> doubtful_;  // of each slave: it may be a capture gap
 };
