@@ -227,11 +227,11 @@ class AlUnexpectedChange final : public Rule {
   }
   void On(const model::AlErrorCleared& e) {
     Settle();
-    Close(e.slave);
+    Close(e.slave, e.frame.number);
   }
   void On(const model::AlAnswered& e) {
     Settle();
-    Close(e.slave);
+    Close(e.slave, e.frame.number);
   }
 
   void Finish() override {
@@ -290,13 +290,18 @@ class AlUnexpectedChange final : public Rule {
     finding.Add(kSlaveNotKnown, std::move(arguments));
   }
   [[nodiscard]] FindingIndex OpenOf(SlaveId slave) const { return slave < open_.size() ? open_[slave] : kNoFinding; }
-  void Close(SlaveId slave) {
-    if (slave < open_.size()) open_[slave] = kNoFinding;
+  /// The slave does not stay where it dropped to.
+  void Close(SlaveId slave, FrameNo until) {
+    if (const FindingIndex index = OpenOf(slave); index != kNoFinding) {
+      context().store[index].until = until;
+      open_[slave] = kNoFinding;
+    }
+    if (all_ != kNoFinding) context().store[std::exchange(all_, kNoFinding)].until = until;
   }
 
   void ReportChange(const model::AlChangedByItself& e) {
     if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
-    open_[e.slave] = kNoFinding;
+    Close(e.slave, e.frame.number);
     if (MissesPackets(context().pairing())) {
       NotEvaluable(e.slave, ReasonCode::kMissesPackets, e.frame.number);
       return;
@@ -329,6 +334,7 @@ class AlUnexpectedChange final : public Rule {
       AddRelated(context().store[index], e.frame.number);
     }
     open_[e.slave] = index;
+    context().store[index].until = Finding::kCaptureEnds;
     if (e.code && e.status.bit4()) AddCode(index, e.frame, *e.code);
   }
 
@@ -349,15 +355,20 @@ class AlUnexpectedChange final : public Rule {
     const model::AlChangedByItself e = pending_.front();
     pending_.clear();
     const std::uint64_t key = kOfAll | static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
-    if (Repeat(kNoSlave, key, e.frame) != kNoFinding) return;
+    all_ = Repeat(kNoSlave, key, e.frame);
+    if (all_ != kNoFinding) {
+      context().store[all_].until = Finding::kCaptureEnds;
+      return;
+    }
     Finding finding = Found(kAllDropped, kNoSlave, e.frame);
+    finding.until = Finding::kCaptureEnds;
     AddRelated(finding, e.before_since);
     finding.Set("al_status_before", arg::Status(e.before.raw))
         .Set("al_status_of_all", arg::StatusOfAll(e.status.raw | kErrorBit))
         .Set("dropped_to", arg::Status(e.status.raw))
         .Set("before_frame", arg::Frame(e.before_since))
         .Set("slaves", arg::Count(context().slave_count(), "slave"));
-    (void)Report(key, std::move(finding));
+    all_ = Report(key, std::move(finding));
   }
 
   void AddCode(FindingIndex index, const FrameRef& frame, std::uint16_t code) {
@@ -413,6 +424,7 @@ class AlUnexpectedChange final : public Rule {
 
   std::vector<model::AlChangedByItself> pending_;  // shown by one broadcast read: one finding of all, or one of each
   std::vector<FindingIndex> open_;                 // of each slave: whose repetitions and code are awaited
+  FindingIndex all_ = kNoFinding;                  // all slaves dropped, and none has left that state
   std::map<FindingIndex, Reported> reported_;
 };
 

@@ -151,7 +151,10 @@ class DriveFault final : public Rule {
     }
     if (open.stands) key |= 1ULL << 63U;
     key |= AxisKey(e.axis);
-    if (Repeat(slave, key, e.frame) != kNoFinding) return;
+    if (const FindingIndex again = Repeat(slave, key, e.frame); again != kNoFinding) {
+      context().store[again].until = left != 0 ? left : Finding::kCaptureEnds;
+      return;
+    }
     const device::DeviceDescription& family = *context().slave(slave).profile;
     Finding finding = Found(open.stands ? kAlreadyInFault : kFault, slave, e.frame);
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
@@ -159,6 +162,7 @@ class DriveFault final : public Rule {
     DescribeReasons(finding, open, family);
     finding.reference = ReferenceTo(family.drive->source);
     NameAxis(finding, e.axis);
+    finding.until = left != 0 ? left : Finding::kCaptureEnds;
     const FindingIndex index = Report(key, std::move(finding));
     if (index == kNoFinding) return;
     for (const model::DriveFaultExplained& reason : open.explanations) {
