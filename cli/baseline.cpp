@@ -287,14 +287,24 @@ bool Concerns(const Acceptance& accepted, const report::CaptureDigest& capture) 
   });
 }
 
+/// The entry is of a slave that --slave left out, so the report does not show its device either.
+bool IsOfHiddenSlave(const Fingerprint& fingerprint, const report::CaptureDigest& capture) {
+  const std::vector<std::string>& shown = capture.selection.slaves;
+  return fingerprint.slave && !shown.empty() &&
+         std::find(shown.begin(), shown.end(), std::to_string(*fingerprint.slave)) == shown.end();
+}
+
 }  // namespace
 
 std::vector<std::string> UnmatchedEntries(const Baseline& baseline,
                                           std::span<const report::CaptureDigest* const> captures) {
   std::set<const Acceptance*> matched;
+  // A capture of which only a part is shown, or that could not be read, may have the findings of any entry for it.
+  std::vector<const report::CaptureDigest*> partly;
   for (const report::CaptureDigest* capture : captures) {
-    const bool partly = capture->selection != report::Selection{} || !capture->complete || !capture->unreadable.empty();
-    if (partly) return {};
+    if (capture->selection != report::Selection{} || !capture->complete || !capture->unreadable.empty()) {
+      partly.push_back(capture);
+    }
     for (const report::FindingDigest& finding : capture->findings) {
       const auto [begin, end] = baseline.equal_range(report::FingerprintOf(finding));
       for (auto entry = begin; entry != end; ++entry) {
@@ -306,11 +316,18 @@ std::vector<std::string> UnmatchedEntries(const Baseline& baseline,
   std::string named;
   std::size_t fixed = 0;
   std::size_t elsewhere = 0;
+  std::size_t hidden = 0;  // may be there: nothing is known of them
   for (const auto& [fingerprint, accepted] : baseline) {
     if (accepted.expired || accepted.by_title || matched.contains(&accepted)) continue;
-    if (std::none_of(captures.begin(), captures.end(),
-                     [&entry = accepted](const auto* capture) { return Concerns(entry, *capture); })) {
+    const auto concerns = [&identity = fingerprint, &entry = accepted](const auto* capture) {
+      return Concerns(entry, *capture) || IsOfHiddenSlave(identity, *capture);
+    };
+    if (std::none_of(captures.begin(), captures.end(), concerns)) {
       ++elsewhere;
+      continue;
+    }
+    if (std::any_of(partly.begin(), partly.end(), concerns)) {
+      ++hidden;
       continue;
     }
     if (fixed++ < kNamed) named += (named.empty() ? "" : ", ") + Named(fingerprint);
@@ -321,7 +338,7 @@ std::vector<std::string> UnmatchedEntries(const Baseline& baseline,
                     (fixed > kNamed ? ", ..." : ""));
   }
   // A file for many machines may be used for one of them; one that fits none of its captures is the wrong file.
-  if (elsewhere > 0 && matched.empty() && fixed == 0) {
+  if (elsewhere > 0 && matched.empty() && fixed == 0 && hidden == 0) {
     texts.push_back(elsewhere == baseline.size()
                         ? "all entries are for other devices or captures"
                         : Count(elsewhere, "entry", "entries") + " for other devices or captures");

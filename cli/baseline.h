@@ -48,8 +48,8 @@ using Baseline = std::multimap<Fingerprint, Acceptance>;
 /// A sentence for each entry that no longer applies or names no rule, and one for all that name a finding by its title.
 [[nodiscard]] std::vector<std::string> ExpiredEntries(const Baseline& baseline);
 
-/// Sentences about the entries that match no finding of `captures`: fixed, mistyped, or of another machine. Empty where
-/// a capture shows only a part of its findings, since then nothing is known of the rest.
+/// Sentences about the entries that match no finding of `captures`: fixed, mistyped, or of another machine. Nothing is
+/// known of an entry for a capture that could not be read or shows only a part of its findings.
 [[nodiscard]] std::vector<std::string> UnmatchedEntries(const Baseline& baseline,
                                                         std::span<const report::CaptureDigest* const> captures);
 

@@ -399,6 +399,18 @@ std::optional<Error> AddFiles(const CaptureOptions& options, CommandFiles& files
   return std::nullopt;
 }
 
+std::optional<Error> CheckBaselineIsWhole(const CaptureOptions& options, const GateOptions& gate) {
+  if (!gate.write_baseline) return std::nullopt;
+  const std::string_view option = !options.slaves.empty() ? "--slave"
+                                  : options.around        ? "--around"
+                                  : options.from          ? "--from"
+                                  : options.to            ? "--to"
+                                                          : std::string_view();
+  if (option.empty()) return std::nullopt;
+  return Error{"--write-baseline does not work with " + std::string(option) +
+               ": the file would lack the findings of the rest of the capture"};
+}
+
 std::optional<Error> PlanBaseline(const std::optional<std::string>& write_baseline, CommandFiles& files) {
   if (!write_baseline) return std::nullopt;
   if (auto error = files.Writes(*write_baseline, kBaselineRole)) return error;

@@ -181,7 +181,26 @@ TEST(Baseline, EntriesThatMatchNothingAreReported) {
   EXPECT_TRUE(unmatched(repaired).empty()) << "the finding may lie outside";
   report::CaptureReport other = OnAnotherDevice();
   other.result.capture.file.path = "mill.pcapng";
-  EXPECT_EQ(unmatched(other), std::vector<std::string>{"all entries are for other devices or captures"});
+  const std::vector<std::string> wrong_file{"all entries are for other devices or captures"};
+  EXPECT_EQ(unmatched(other), wrong_file);
+  other.selection.slaves = {"0"};
+  EXPECT_EQ(unmatched(other), wrong_file) << "whichever part is shown";
+  other.selection.slaves = {"1"};
+  EXPECT_TRUE(unmatched(other).empty()) << "the device of slave 0 is not shown";
+}
+
+TEST(Baseline, AnUnreadCaptureDoesNotHideWhatOthersShow) {
+  const Baseline baseline = Reread(WriteBaseline(OneReport(RefusedSafeop())));
+  report::CaptureReport repaired = RefusedSafeop();
+  repaired.result.findings.clear();
+  report::CaptureDigest whole = DigestOf(repaired);
+  report::CaptureDigest unread;
+  unread.path = "mill.pcapng";
+  unread.unreadable = "no such file";
+  EXPECT_EQ(UnmatchedEntries(baseline, std::array<const report::CaptureDigest*, 2>{&whole, &unread}).size(), 1U);
+  unread.path = "other/" + whole.path;
+  EXPECT_TRUE(UnmatchedEntries(baseline, std::array<const report::CaptureDigest*, 2>{&whole, &unread}).empty())
+      << "it may hold the finding";
 }
 
 TEST(Baseline, AnEntryThatNamesNoRuleIsReported) {
