@@ -30,7 +30,7 @@ std::string Head(const AnalysisResult& result, std::size_t index) {
 std::string FullText(const AnalysisResult& result, std::size_t index) {
   const Finding& f = result.findings[index];
   std::string text = InFrame(f.first.number) + ": " + Head(result, index);
-  if (const std::string message = report::MessageOf(f); !message.empty()) text += "\n" + message;
+  if (const std::string message = report::MessageOf(f, result); !message.empty()) text += "\n" + message;
   if (f.caused_by < result.findings.size()) {
     text += "\nConsequence of " + Head(result, f.caused_by);
     const FrameNo frame = result.findings[f.caused_by].first.number;

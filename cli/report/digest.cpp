@@ -18,11 +18,11 @@ FindingDigest DigestOf(const Finding& finding, const AnalysisResult& result) {
   FindingDigest out;
   out.rule = finding.rule;
   out.severity = finding.severity;
-  const Sentences sentences = SentencesOf(finding);
+  const Sentences sentences = SentencesOf(finding, result);
   out.kind = finding.kind->name;
   out.identity = IdentityText(finding);
   out.title = PrintableLines(sentences.title);
-  out.message = PrintableLines(MessageOf(finding));
+  out.message = PrintableLines(MessageOf(finding, result));
   out.next = PrintableLines(sentences.next);
   out.place = "bus";
   if (const SlaveSummary* slave = result.slave(finding.slave)) {
@@ -225,8 +225,10 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   const std::vector<std::string> reservations = summary.fail ? std::vector<std::string>() : Reservations(capture);
   std::string reservation = ReservationText(reservations);
   std::string brief = reservations.size() > 1 ? ", but " + reservations.front() + " and more" : reservation;
-  constexpr std::string_view kWordy = "evaluations were possible";
-  if (const std::size_t at = brief.find(kWordy); at != std::string::npos) brief.replace(at, kWordy.size(), "evaluated");
+  for (const std::string_view wordy :
+       {"evaluations were possible", "evaluations was possible", "evaluation was possible"}) {
+    if (const std::size_t at = brief.find(wordy); at != std::string::npos) brief.replace(at, wordy.size(), "evaluated");
+  }
   const std::string verdict = summary.fail ? "FAIL" : summary.unmet ? "UNMET" : summary.limited ? "LIMITED" : "PASS";
   if (summary.limited && !summary.fail && capture.slaves > 0) limits = "; not evaluated: " + capture.limited + limits;
   const std::optional<MainFinding> main = MainFindingOf(capture);

@@ -271,11 +271,11 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   out.Put("id", FindingId(result, static_cast<FindingIndex>(index)));
   out.Put("rule", f.rule);
   out.Put("severity", Name(f.severity));
-  const Sentences sentences = SentencesOf(f);
+  const Sentences sentences = SentencesOf(f, result);
   out.Put("kind", f.kind->name);
   out.Text("identity", IdentityText(f));
   out.Text("title", sentences.title);
-  out.Text("message", MessageOf(f));
+  out.Text("message", MessageOf(f, result));
   out.TextOrNull("next_step", sentences.next);
   out.Put("slave", slave == nullptr ? JsonScalar(nullptr) : slave->position);
   out.Put("station_address", slave == nullptr ? JsonScalar(nullptr) : slave->station_address);

@@ -476,7 +476,7 @@ class CaptureText {
   }
 
   void FindingBody(const Finding& f, std::size_t indent) {
-    const Sentences sentences = SentencesOf(f);
+    const Sentences sentences = SentencesOf(f, result_);
     if (sentences.message != sentences.title) text_.Paragraph(OneLine(sentences.message), indent);
     text_.Field("do", OneLine(sentences.next), indent);
     std::string evidence;
@@ -613,8 +613,7 @@ class CaptureText {
     add(p.mailbox_accesses, "mailbox transfer");
     add(p.working_counters, "working counter");
     if (made == 0) return "";
-    std::string text =
-        "models of the slaves: " + Grouped(held) + " of " + Grouped(made) + " predictions were right (" + kinds + ")";
+    std::string text = "models of the slaves: " + PartWas(held, made, "prediction") + " right (" + kinds + ")";
     if (!deviations.empty()) text += "; first wrong in " + deviations;
     return text;
   }
@@ -696,7 +695,7 @@ class CaptureText {
     }
     if (b.slave_count) text += ", " + Count(*b.slave_count, "slave");
     if (b.al) {
-      text += " (all together in " + esc::StatesOfAllText(b.al->status) + " at the end, #" +
+      text += " (last broadcast read of AL Status: " + esc::StatesOfAllText(b.al->status) + ", #" +
               std::to_string(b.al->last.number) + ")";
     }
     if (result_.capture.direction == DirectionSeen::kBoth) text += ", " + Count(b.lost_frames, "frame") + " lost";

@@ -46,7 +46,8 @@ is not in the capture.][ If the slave set the error by itself, the cause by [{?m
     .next =
         R"([{?al_status_code}Correct what the AL status code names.][{!al_status_code}{!no_code}Read the AL status
 code (0x0134).] Acknowledge the error (bit 4 of AL Control), then request the states in order.)",
-    .identity = "al_status al_status_code"};
+    .identity = "al_status al_status_code",
+    .next_stays = true};
 
 constexpr FindingKind kActiveOnBus{
     .name = "active-on-bus",

@@ -25,10 +25,10 @@ constexpr FindingKind kRefused{
 {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the slave
 is not in the capture.][ Later AL status codes: {later_codes}.][ This transition requires: {requirement}.])",
     .next =
-        R"([{?caused}Correct the cause.][{!caused}[{?no_boot}Do not request {requested}: the slave does not have this
-state. Acknowledge the error (bit 4 of AL Control).][{!no_boot}[{?reason}Correct this.][{!reason}[{?al_status_code}Check the settings
-that the AL status code names.][{!al_status_code}Read the AL status code (0x0134).]] Then acknowledge the error (bit 4 of AL Control) and
-request {requested} again.]])",
+        R"([{?no_boot}Do not request {requested}: the slave does not have this state. Acknowledge the error (bit 4 of AL
+Control).][{!no_boot}[{?reason}Correct this.][{!reason}[{?al_status_code}Check the settings that the AL status
+code names.][{!al_status_code}Read the AL status code (0x0134).]] Then acknowledge the error (bit 4 of AL
+Control) and request {requested} again.])",
     .identity = "requested state_before al_status_code"};
 
 constexpr FindingKind kNotAcknowledged{
@@ -39,8 +39,9 @@ constexpr FindingKind kNotAcknowledged{
 to {last_request_frame}]. AL Status in {frame} is still {al_status:number} ({al_status}).[ The AL status code (0x0134)
 is {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the
 slave is not in the capture.][ Later AL status codes: {later_codes}.])",
-    .next = R"([{?caused}Correct the cause.][{!caused}[{?al_status_code}Check the settings that the AL status code
-names.][{!al_status_code}Read the AL status code (0x0134).] Then acknowledge the error again.])",
+    .next =
+        R"([{?al_status_code}Check the settings that the AL status code names.][{!al_status_code}Read the AL status code
+(0x0134).] Then acknowledge the error again.)",
     .identity = "requested al_status_code"};
 
 constexpr FindingKind kRefusedOnBus{

@@ -25,8 +25,7 @@ constexpr FindingKind kDropped{
 No request of the master explains the change.[ The AL status code (0x0134) is {al_status_code}.][ The cause by
 [{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",
     .next =
-        R"([{?caused}Correct the cause.][{!caused}Check what happened between {before_frame} and {frame}: pauses of
-the process data, lost frames, link errors.])",
+        R"(Check what happened between {before_frame} and {frame}: pauses of the process data, lost frames, link errors.)",
     .identity = "al_status_before al_status al_status_code"};
 
 constexpr FindingKind kErrorBitSet{
@@ -36,8 +35,7 @@ constexpr FindingKind kErrorBitSet{
 No request of the master explains the error.[ The AL status code (0x0134) is {al_status_code}.][ The cause by
 [{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])",
     .next =
-        R"([{?caused}Correct the cause.][{!caused}Check what happened between {before_frame} and {frame}: pauses of
-the process data, lost frames, link errors.])",
+        R"(Check what happened between {before_frame} and {frame}: pauses of the process data, lost frames, link errors.)",
     .identity = "al_status_before al_status al_status_code"};
 
 constexpr FindingKind kAllDropped{
@@ -47,8 +45,8 @@ constexpr FindingKind kAllDropped{
         R"(All {slaves} are in {al_status_before} in {before_frame}. From {frame} on a broadcast read of AL Status
 shows all of them in {dropped_to}, and the error bit of at least one. No request of the master explains the change.)",
     .next =
-        R"([{?caused}Correct the cause.][{!caused}Read AL Status (0x0130) and its code (0x0134) from each slave. Check
-what happened between {before_frame} and {frame}.])",
+        R"(Read AL Status (0x0130) and its code (0x0134) from each slave. Check what happened between {before_frame} and
+{frame}.)",
     .identity = "al_status_before dropped_to"};
 
 constexpr FindingKind kDroppedOnBus{
@@ -61,8 +59,8 @@ constexpr FindingKind kDroppedOnBus{
 {before_frame}. From {frame} to {last_read_frame} they show {al_status_of_all}. No request of the master explains the
 change.)",
     .next =
-        R"([{?caused}Correct the cause.][{!caused}Read AL Status (0x0130) and its code (0x0134) from [{?one}the
-slave][{!one}each slave]. Check what happened between {before_frame} and {frame}.])",
+        R"(Read AL Status (0x0130) and its code (0x0134) from [{?one}the slave][{!one}each slave]. Check what happened
+between {before_frame} and {frame}.)",
     .identity = "dropped_to with_error"};
 
 constexpr FindingKind kErrorBitOnBus{
@@ -73,8 +71,8 @@ constexpr FindingKind kErrorBitOnBus{
 {before_frame}. From {frame} to {last_read_frame} they show {al_status_of_all}. No request of the master explains the
 error.)",
     .next =
-        R"([{?caused}Correct the cause.][{!caused}Read AL Status (0x0130) and its code (0x0134) from [{?one}the
-slave][{!one}each slave]. Check what happened between {before_frame} and {frame}.])"};
+        R"(Read AL Status (0x0130) and its code (0x0134) from [{?one}the slave][{!one}each slave]. Check what happened
+between {before_frame} and {frame}.)"};
 
 constexpr NoteKind kCodeNotRead{.name = "code-not-read",
                                 .text = "The master did not read the AL status code (0x0134)."};

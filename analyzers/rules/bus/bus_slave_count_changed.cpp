@@ -39,7 +39,8 @@ constexpr FindingKind kReturned{
     .title = "Slaves on the bus: {slaves_now:number} instead of {slaves_before:number}",
     .message = R"({frame} passed {slaves_now}, frames before it {slaves_before}.[ The returning
 {new_slaves?slave|slaves} may have power-cycled.])",
-    .next = "[{!started_up_frame}Check the AL state of the returning {new_slaves?slave|slaves}.]"};
+    .next = "[{!started_up_frame}Check the AL state of the returning {new_slaves?slave|slaves}.]",
+    .next_stays = true};
 constexpr const FindingKind* kKinds[] = {&kFewer, &kMore, &kReturned};
 
 constexpr NoteKind kStartedUp{

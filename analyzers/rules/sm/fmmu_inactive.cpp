@@ -29,8 +29,7 @@ constexpr std::uint16_t kWatchdogCode = 0x001B;
 constexpr std::int64_t kLongEnoughNs = 20'000'000;
 
 constexpr std::string_view kNext =
-    R"([{?caused}Correct the cause.][{!caused}Before SAFEOP is requested, write an FMMU of type {fmmu_type} for
-{physical_start}, {length}, with activate 1.])";
+    R"(Before SAFEOP is requested, write an FMMU of type {fmmu_type} for {physical_start}, {length}, with activate 1.)";
 
 constexpr FindingKind kSwitchedOff{
     .name = "switched-off",
