@@ -176,6 +176,41 @@ Place PlaceOf(const report::FindingDigest& finding, const report::CaptureDigest&
   return {capture.path, finding.product.empty() ? std::vector<std::string>() : std::vector{finding.product}};
 }
 
+/// Whether the capture could show what the entry accepts. A slave is one of several on the bus.
+bool Concerns(const Acceptance& accepted, const report::CaptureDigest& capture) {
+  if (IsFor(accepted, {capture.path, capture.devices})) return true;
+  return std::any_of(accepted.devices.begin(), accepted.devices.end(), [&](const std::string& device) {
+    return std::find(capture.devices.begin(), capture.devices.end(), device) != capture.devices.end();
+  });
+}
+
+/// Whether the rule ran: it is on, and it has an expectation if it compares with one. An unknown rule never runs, but
+/// ExpiredEntries() reports that.
+bool Ran(std::string_view rule, const report::CaptureDigest& capture) {
+  const auto is_off = [rule](const auto& setting) { return setting.first == rule && setting.second == "off"; };
+  if (std::any_of(capture.rules.begin(), capture.rules.end(), is_off)) return false;
+  if (capture.coverage.empty() || FindRule(rule) == nullptr) return true;  // a report of the first versions
+  const auto of_rule = std::find_if(capture.coverage.begin(), capture.coverage.end(),
+                                    [rule](const auto& coverage) { return coverage.rule == rule; });
+  // `startup` leaves out all rules but its own.
+  return of_rule != capture.coverage.end() && of_rule->why != Describe(NotApplicable::kNoExpectation);
+}
+
+/// Of rules that did not run nothing is known: their entries stay.
+void KeepOfOtherRules(std::span<const report::CaptureDigest> captures, const Baseline& before, Baseline& all) {
+  for (const auto& [fingerprint, accepted] : before) {
+    const auto is_open = [&rule = fingerprint.rule, &entry = accepted](const report::CaptureDigest& capture) {
+      return Concerns(entry, capture) && !Ran(rule, capture);
+    };
+    if (std::none_of(captures.begin(), captures.end(), is_open)) continue;
+    const auto [begin, end] = all.equal_range(fingerprint);
+    const bool listed = std::any_of(begin, end, [&entry = accepted](const auto& other) {
+      return other.second.devices == entry.devices && other.second.captures == entry.captures;
+    });
+    if (!listed) all.emplace(fingerprint, accepted);
+  }
+}
+
 std::string Named(const Fingerprint& fingerprint) {
   return fingerprint.rule + " of " +
          (fingerprint.slave ? "slave " + std::to_string(*fingerprint.slave) : std::string("the bus"));
@@ -235,6 +270,7 @@ std::string WriteBaseline(const report::Report& report, const Baseline& before) 
           before, all);
     }
   }
+  KeepOfOtherRules(report::DigestOf(report).captures, before, all);
   return Write(all);
 }
 
@@ -245,6 +281,7 @@ std::string WriteBaseline(const report::Digest& digest, const Baseline& before) 
       Add(report::FingerprintOf(finding), finding.title, PlaceOf(finding, capture), before, all);
     }
   }
+  KeepOfOtherRules(digest.captures, before, all);
   return Write(all);
 }
 
@@ -278,14 +315,6 @@ std::vector<std::string> ExpiredEntries(const Baseline& baseline) {
 }
 
 namespace {
-
-/// Whether the capture could show what the entry accepts. A slave is one of several on the bus.
-bool Concerns(const Acceptance& accepted, const report::CaptureDigest& capture) {
-  if (IsFor(accepted, {capture.path, capture.devices})) return true;
-  return std::any_of(accepted.devices.begin(), accepted.devices.end(), [&](const std::string& device) {
-    return std::find(capture.devices.begin(), capture.devices.end(), device) != capture.devices.end();
-  });
-}
 
 /// The entry is of a slave that --slave left out, so the report does not show its device either.
 bool IsOfHiddenSlave(const Fingerprint& fingerprint, const report::CaptureDigest& capture) {
@@ -326,7 +355,10 @@ std::vector<std::string> UnmatchedEntries(const Baseline& baseline,
       ++elsewhere;
       continue;
     }
-    if (std::any_of(partly.begin(), partly.end(), concerns)) {
+    const auto is_open = [&rule = fingerprint.rule, &concerns](const auto* capture) {
+      return concerns(capture) && !Ran(rule, *capture);
+    };
+    if (std::any_of(partly.begin(), partly.end(), concerns) || std::any_of(captures.begin(), captures.end(), is_open)) {
       ++hidden;
       continue;
     }

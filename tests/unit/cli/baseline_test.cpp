@@ -203,6 +203,35 @@ TEST(Baseline, AnUnreadCaptureDoesNotHideWhatOthersShow) {
       << "it may hold the finding";
 }
 
+TEST(Baseline, EntriesOfRulesThatDidNotRunStay) {
+  const std::string written = WriteBaseline(OneReport(RefusedSafeop()));
+  const Baseline known = Reread(written);
+  report::CaptureReport later = RefusedSafeop();
+  later.result.findings.clear();
+  const auto unmatched = [&] {
+    const report::CaptureDigest digest = DigestOf(later);
+    return UnmatchedEntries(known, std::array{&digest}).size();
+  };
+  const auto rewritten = [&] { return Reread(WriteBaseline(OneReport(later), known)).size(); };
+  EXPECT_EQ(unmatched(), 1U) << "it is repaired";
+  EXPECT_EQ(rewritten(), 0U);
+  later.rules = {{"al-refused", "warning"}};
+  EXPECT_EQ(rewritten(), 0U);
+  later.rules = {{"al-refused", "off"}};
+  EXPECT_EQ(unmatched(), 0U);
+  EXPECT_EQ(WriteBaseline(OneReport(later), known), written);
+  EXPECT_EQ(WriteBaseline(DigestOf(OneReport(later)), known), written);
+  // startup evaluates its own rules only.
+  later.rules.clear();
+  later.result.coverage = {{"startup-order", "Start-up", {{7, Coverage::kJudged, {}}}}};
+  EXPECT_EQ(unmatched(), 0U);
+  EXPECT_EQ(WriteBaseline(OneReport(later), known), written);
+  later.result.coverage.push_back({"al-refused", "AL state machine", {{7, Coverage::kNotApplicable, {}}}});
+  EXPECT_EQ(rewritten(), 0U);
+  later.result.coverage.back().slaves[0].why = NotApplicable::kNoExpectation;
+  EXPECT_EQ(rewritten(), known.size());
+}
+
 TEST(Baseline, AnEntryThatNamesNoRuleIsReported) {
   const Baseline baseline = Reread(
       R"({"schema": "ecaudit.baseline/1", "findings": [{"rule": "al-refusd", "slave": 0, "identity": "refused"}]})");
