@@ -208,7 +208,7 @@ void CaptureOptions::DeclareIsolate(OptionSet& options) {
 void GateOptions::Declare(OptionSet& options) {
   options.Group("How to evaluate");
   options.Value("--fail-on", "SEVERITY", fail_on,
-                "exit 1 if any finding has at least this severity: error (default), warning, info, never");
+                "least severity for exit status 1 (see below): error (default), warning, info, never");
   options.Words({"error", "warning", "info", "never"});
   options.Values("--rule", "ID=SEVERITY", rules, "error, warning, info, or off for one rule (repeatable)");
   options.Words(RuleIds("="));
