@@ -104,7 +104,8 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
         const SlaveSummary* summary = result.slave(slave);
         return summary != nullptr ? summary->position : static_cast<SlavePos>(slave);
       });
-  SortFindings(result.findings);
+  (void)SortFindings(result.findings);
+  NumberFindings(result.findings);
   progress::Climb(*observation.progress(), result);
   result.not_evaluable = store.not_evaluable();
   std::stable_sort(result.not_evaluable.begin(), result.not_evaluable.end(),

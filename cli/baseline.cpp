@@ -176,6 +176,41 @@ Place PlaceOf(const report::FindingDigest& finding, const report::CaptureDigest&
   return {capture.path, finding.product.empty() ? std::vector<std::string>() : std::vector{finding.product}};
 }
 
+/// Whether the capture could show what the entry accepts. A slave is one of several on the bus.
+bool Concerns(const Acceptance& accepted, const report::CaptureDigest& capture) {
+  if (IsFor(accepted, {capture.path, capture.devices})) return true;
+  return std::any_of(accepted.devices.begin(), accepted.devices.end(), [&](const std::string& device) {
+    return std::find(capture.devices.begin(), capture.devices.end(), device) != capture.devices.end();
+  });
+}
+
+/// Whether the rule ran: it is on, and it has an expectation if it compares with one. An unknown rule never runs, but
+/// ExpiredEntries() reports that.
+bool Ran(std::string_view rule, const report::CaptureDigest& capture) {
+  const auto is_off = [rule](const auto& setting) { return setting.first == rule && setting.second == "off"; };
+  if (std::any_of(capture.rules.begin(), capture.rules.end(), is_off)) return false;
+  if (capture.coverage.empty() || FindRule(rule) == nullptr) return true;  // a report of the first versions
+  const auto of_rule = std::find_if(capture.coverage.begin(), capture.coverage.end(),
+                                    [rule](const auto& coverage) { return coverage.rule == rule; });
+  // `startup` leaves out all rules but its own.
+  return of_rule != capture.coverage.end() && of_rule->why != Describe(NotApplicable::kNoExpectation);
+}
+
+/// Of rules that did not run nothing is known: their entries stay.
+void KeepOfOtherRules(std::span<const report::CaptureDigest> captures, const Baseline& before, Baseline& all) {
+  for (const auto& [fingerprint, accepted] : before) {
+    const auto is_open = [&rule = fingerprint.rule, &entry = accepted](const report::CaptureDigest& capture) {
+      return Concerns(entry, capture) && !Ran(rule, capture);
+    };
+    if (std::none_of(captures.begin(), captures.end(), is_open)) continue;
+    const auto [begin, end] = all.equal_range(fingerprint);
+    const bool listed = std::any_of(begin, end, [&entry = accepted](const auto& other) {
+      return other.second.devices == entry.devices && other.second.captures == entry.captures;
+    });
+    if (!listed) all.emplace(fingerprint, accepted);
+  }
+}
+
 std::string Named(const Fingerprint& fingerprint) {
   return fingerprint.rule + " of " +
          (fingerprint.slave ? "slave " + std::to_string(*fingerprint.slave) : std::string("the bus"));
@@ -235,6 +270,7 @@ std::string WriteBaseline(const report::Report& report, const Baseline& before) 
           before, all);
     }
   }
+  KeepOfOtherRules(report::DigestOf(report).captures, before, all);
   return Write(all);
 }
 
@@ -245,6 +281,7 @@ std::string WriteBaseline(const report::Digest& digest, const Baseline& before) 
       Add(report::FingerprintOf(finding), finding.title, PlaceOf(finding, capture), before, all);
     }
   }
+  KeepOfOtherRules(digest.captures, before, all);
   return Write(all);
 }
 
@@ -279,12 +316,11 @@ std::vector<std::string> ExpiredEntries(const Baseline& baseline) {
 
 namespace {
 
-/// Whether the capture could show what the entry accepts. A slave is one of several on the bus.
-bool Concerns(const Acceptance& accepted, const report::CaptureDigest& capture) {
-  if (IsFor(accepted, {capture.path, capture.devices})) return true;
-  return std::any_of(accepted.devices.begin(), accepted.devices.end(), [&](const std::string& device) {
-    return std::find(capture.devices.begin(), capture.devices.end(), device) != capture.devices.end();
-  });
+/// The entry is of a slave that --slave left out, so the report does not show its device either.
+bool IsOfHiddenSlave(const Fingerprint& fingerprint, const report::CaptureDigest& capture) {
+  const std::vector<std::string>& shown = capture.selection.slaves;
+  return fingerprint.slave && !shown.empty() &&
+         std::find(shown.begin(), shown.end(), std::to_string(*fingerprint.slave)) == shown.end();
 }
 
 }  // namespace
@@ -292,9 +328,12 @@ bool Concerns(const Acceptance& accepted, const report::CaptureDigest& capture) 
 std::vector<std::string> UnmatchedEntries(const Baseline& baseline,
                                           std::span<const report::CaptureDigest* const> captures) {
   std::set<const Acceptance*> matched;
+  // A capture of which only a part is shown, or that could not be read, may have the findings of any entry for it.
+  std::vector<const report::CaptureDigest*> partly;
   for (const report::CaptureDigest* capture : captures) {
-    const bool partly = capture->selection != report::Selection{} || !capture->complete || !capture->unreadable.empty();
-    if (partly) return {};
+    if (capture->selection != report::Selection{} || !capture->complete || !capture->unreadable.empty()) {
+      partly.push_back(capture);
+    }
     for (const report::FindingDigest& finding : capture->findings) {
       const auto [begin, end] = baseline.equal_range(report::FingerprintOf(finding));
       for (auto entry = begin; entry != end; ++entry) {
@@ -306,11 +345,21 @@ std::vector<std::string> UnmatchedEntries(const Baseline& baseline,
   std::string named;
   std::size_t fixed = 0;
   std::size_t elsewhere = 0;
+  std::size_t hidden = 0;  // may be there: nothing is known of them
   for (const auto& [fingerprint, accepted] : baseline) {
     if (accepted.expired || accepted.by_title || matched.contains(&accepted)) continue;
-    if (std::none_of(captures.begin(), captures.end(),
-                     [&entry = accepted](const auto* capture) { return Concerns(entry, *capture); })) {
+    const auto concerns = [&identity = fingerprint, &entry = accepted](const auto* capture) {
+      return Concerns(entry, *capture) || IsOfHiddenSlave(identity, *capture);
+    };
+    if (std::none_of(captures.begin(), captures.end(), concerns)) {
       ++elsewhere;
+      continue;
+    }
+    const auto is_open = [&rule = fingerprint.rule, &concerns](const auto* capture) {
+      return concerns(capture) && !Ran(rule, *capture);
+    };
+    if (std::any_of(partly.begin(), partly.end(), concerns) || std::any_of(captures.begin(), captures.end(), is_open)) {
+      ++hidden;
       continue;
     }
     if (fixed++ < kNamed) named += (named.empty() ? "" : ", ") + Named(fingerprint);
@@ -321,7 +370,7 @@ std::vector<std::string> UnmatchedEntries(const Baseline& baseline,
                     (fixed > kNamed ? ", ..." : ""));
   }
   // A file for many machines may be used for one of them; one that fits none of its captures is the wrong file.
-  if (elsewhere > 0 && matched.empty() && fixed == 0) {
+  if (elsewhere > 0 && matched.empty() && fixed == 0 && hidden == 0) {
     texts.push_back(elsewhere == baseline.size()
                         ? "all entries are for other devices or captures"
                         : Count(elsewhere, "entry", "entries") + " for other devices or captures");

@@ -39,7 +39,8 @@ using Baseline = std::multimap<Fingerprint, Acceptance>;
 
 [[nodiscard]] Result<Baseline> ReadBaseline(const std::string& path);
 /// The file that lists all findings of `report`, each once, sorted.
-/// @param before  the file that it replaces: reasons stay, and days that are not over
+/// @param before  the file that it replaces: reasons stay, days that are not over, and the entries of rules that did
+///   not run
 [[nodiscard]] std::string WriteBaseline(const report::Report& report, const Baseline& before = {});
 [[nodiscard]] std::string WriteBaseline(const report::Digest& digest, const Baseline& before = {});
 /// What stands in the baseline that is to be replaced; empty where there is none.
@@ -48,8 +49,9 @@ using Baseline = std::multimap<Fingerprint, Acceptance>;
 /// A sentence for each entry that no longer applies or names no rule, and one for all that name a finding by its title.
 [[nodiscard]] std::vector<std::string> ExpiredEntries(const Baseline& baseline);
 
-/// Sentences about the entries that match no finding of `captures`: fixed, mistyped, or of another machine. Empty where
-/// a capture shows only a part of its findings, since then nothing is known of the rest.
+/// Sentences about the entries that match no finding of `captures`: fixed, mistyped, or of another machine. Nothing is
+/// known of an entry for a capture that could not be read or shows only a part of its findings, or of a rule that did
+/// not run.
 [[nodiscard]] std::vector<std::string> UnmatchedEntries(const Baseline& baseline,
                                                         std::span<const report::CaptureDigest* const> captures);
 

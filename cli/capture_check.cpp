@@ -109,7 +109,9 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   if (out.lacks_slave) out.missing.clear();
   if (window != nullptr) selection.outside = KeepWindow(window->first(), window->last(), out.report.result);
   out.report.required = settings.required.text;
-  if (settings.required.any()) out.report.unmet = MissingOf(settings.required, out.report.result, slaves);
+  if (settings.required.any()) {
+    out.report.unmet = MissingOf(settings.required, out.report.result, slaves, !settings.slaves.empty());
+  }
   if (baseline != nullptr) ApplyBaseline(*baseline, out.report);
   if (lines != nullptr && !stop) out.report.decode_lines = DecodeLines(*lines, paths, out.report.result.findings);
   return out;

@@ -208,7 +208,7 @@ void CaptureOptions::DeclareIsolate(OptionSet& options) {
 void GateOptions::Declare(OptionSet& options) {
   options.Group("How to evaluate");
   options.Value("--fail-on", "SEVERITY", fail_on,
-                "exit 1 if any finding has at least this severity: error (default), warning, info, never");
+                "least severity for exit status 1 (see below): error (default), warning, info, never");
   options.Words({"error", "warning", "info", "never"});
   options.Values("--rule", "ID=SEVERITY", rules, "error, warning, info, or off for one rule (repeatable)");
   options.Words(RuleIds("="));
@@ -397,6 +397,18 @@ std::optional<Error> AddFiles(const CaptureOptions& options, CommandFiles& files
   if (options.join) return files.ReadsJoined(options.captures);
   files.Reads(options.captures, kCaptureRole);
   return std::nullopt;
+}
+
+std::optional<Error> CheckBaselineIsWhole(const CaptureOptions& options, const GateOptions& gate) {
+  if (!gate.write_baseline) return std::nullopt;
+  const std::string_view option = !options.slaves.empty() ? "--slave"
+                                  : options.around        ? "--around"
+                                  : options.from          ? "--from"
+                                  : options.to            ? "--to"
+                                                          : std::string_view();
+  if (option.empty()) return std::nullopt;
+  return Error{"--write-baseline does not work with " + std::string(option) +
+               ": the file would lack the findings of the rest of the capture"};
 }
 
 std::optional<Error> PlanBaseline(const std::optional<std::string>& write_baseline, CommandFiles& files) {

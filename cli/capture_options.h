@@ -90,6 +90,8 @@ void AddFiles(const Settings& settings, CommandFiles& files);
 /// The same for the captures of the command line.
 /// @return which of the captures to join is named twice
 [[nodiscard]] std::optional<Error> AddFiles(const CaptureOptions& options, CommandFiles& files);
+/// A baseline of a part of a capture would lack the entries for the rest of it.
+[[nodiscard]] std::optional<Error> CheckBaselineIsWhole(const CaptureOptions& options, const GateOptions& gate);
 /// Asks whether the baseline can be written there; it may take the place of the one that is read.
 [[nodiscard]] std::optional<Error> PlanBaseline(const std::optional<std::string>& write_baseline, CommandFiles& files);
 

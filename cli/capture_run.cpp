@@ -33,6 +33,7 @@ std::optional<Error> CaptureRun::Prepare() {
     if (!std::filesystem::is_directory(capture, ignored)) continue;
     return Error{capture + " is a folder, not a capture; to check all captures in it: ecaudit batch " + capture};
   }
+  if (auto error = CheckBaselineIsWhole(options, gate)) return error;
   if (auto error = AddFiles(options, files)) return error;
   if (options.join) {
     jobs_.push_back({options.captures, {}});

@@ -18,19 +18,37 @@ void AddCauses(const std::vector<Finding>& findings, std::vector<bool>& wanted) 
   }
 }
 
-void KeepFindings(const std::vector<bool>& wanted, std::vector<Finding>& findings) {
-  std::vector<FindingIndex> new_index(findings.size(), kNoFinding);
+namespace {
+
+FindingIndex PlaceOf(FindingIndex finding, const std::vector<FindingIndex>& places) {
+  return finding < places.size() ? places[finding] : kNoFinding;
+}
+
+void MoveHolders(const std::vector<FindingIndex>& places, AnalysisResult& result) {
+  const auto move = [&places](Ladder& ladder) {
+    for (Rung& rung : ladder.rungs) rung.held_by = PlaceOf(rung.held_by, places);
+  };
+  for (SlaveSummary& slave : result.slaves) {
+    move(slave.progress);
+    for (AxisLadder& axis : slave.axes) move(axis.ladder);
+  }
+}
+
+}  // namespace
+
+void KeepFindings(const std::vector<bool>& wanted, AnalysisResult& result) {
+  std::vector<FindingIndex> places(result.findings.size(), kNoFinding);
   std::vector<Finding> kept;
-  for (std::size_t i = 0; i < findings.size(); ++i) {
+  for (std::size_t i = 0; i < result.findings.size(); ++i) {
     if (!wanted[i]) continue;
-    new_index[i] = static_cast<FindingIndex>(kept.size());
-    kept.push_back(std::move(findings[i]));
+    places[i] = static_cast<FindingIndex>(kept.size());
+    kept.push_back(std::move(result.findings[i]));
   }
-  for (Finding& finding : kept) {
-    if (finding.caused_by < new_index.size()) finding.caused_by = new_index[finding.caused_by];
-  }
-  findings = std::move(kept);
-  SortFindings(findings);
+  for (Finding& finding : kept) finding.caused_by = PlaceOf(finding.caused_by, places);
+  const std::vector<FindingIndex> sorted = SortFindings(kept);
+  for (FindingIndex& place : places) place = PlaceOf(place, sorted);
+  result.findings = std::move(kept);
+  MoveHolders(places, result);
 }
 
 }  // namespace ecaudit::cli

@@ -51,7 +51,8 @@ std::string Slaves(const std::set<unsigned>& positions) {
 }
 
 /// "slave 1 is in PREOP+ERR", "slaves 2-3 are in SAFEOP", "the AL state of slave 4 is not in the capture"
-void AddOtherStates(esc::AlState wanted, const AnalysisResult& result, std::vector<std::string>& missing) {
+/// @param part  --slave left out slaves, and broadcasts show those as well
+void AddOtherStates(esc::AlState wanted, const AnalysisResult& result, bool part, std::vector<std::string>& missing) {
   std::set<unsigned> unknown;
   std::vector<std::pair<std::uint16_t, std::set<unsigned>>> others;
   for (const SlaveSummary& slave : result.slaves) {
@@ -69,7 +70,8 @@ void AddOtherStates(esc::AlState wanted, const AnalysisResult& result, std::vect
     at->second.insert(slave.position);
   }
   const std::string state = "state=" + esc::StateName(static_cast<std::uint8_t>(wanted));
-  if (result.bus.al && (result.bus.al->status & 0xFU & ~static_cast<unsigned>(wanted)) != 0 && others.empty()) {
+  if (!part && result.bus.al && (result.bus.al->status & 0xFU & ~static_cast<unsigned>(wanted)) != 0 &&
+      others.empty()) {
     missing.push_back(state + ": the last broadcast read shows " + esc::StatesOfAllText(result.bus.al->status) +
                       ", frame " + std::to_string(result.bus.al->last.number));
   }
@@ -106,27 +108,38 @@ void AddNeverReached(esc::AlState wanted, const AnalysisResult& result, std::vec
   }
 }
 
-/// "judged=90%: 57 of 80 evaluations were possible (71%)"
+/// "judged=90%: 57 of 80 evaluations were possible (71%)". What the user switched off was not evaluated either.
 void AddNotJudged(const Requirements& required, const AnalysisResult& result, std::vector<std::string>& missing) {
-  if (const std::string why = report::WhyLimited(result); !why.empty()) missing.push_back("judged: " + why);
-  const report::CoverageCount count = report::CountOf(result.coverage);
+  const std::string why = report::WhyLimited(result);
+  const std::string part = "judged: ";
+  if (!why.empty()) missing.push_back(part + why);
+  report::CoverageCount count = report::CountOf(result.coverage);
+  const std::uint64_t off = report::CountSwitchedOff(result.coverage);
+  count.not_judged += off;
+  if (count.applicable() == 0) {
+    if (why.empty()) missing.push_back(part + "no evaluation applies to the capture");
+    return;
+  }
   if (report::IsJudged(count, required.judged_percent)) return;
-  missing.push_back("judged=" + std::to_string(required.judged_percent) + "%: " + Grouped(count.judged) + " of " +
-                    Grouped(count.applicable()) + " evaluations were possible (" +
-                    std::to_string(count.judged * 100 / count.applicable()) + "%)");
+  missing.push_back("judged=" + std::to_string(required.judged_percent) +
+                    "%: " + PartWas(count.judged, count.applicable(), "evaluation") + " possible (" +
+                    std::to_string(count.judged * 100 / count.applicable()) + "%" +
+                    (off > 0 ? "; " + Grouped(off) + (off == 1 ? " is" : " are") + " switched off" : "") + ")");
 }
 
-/// "axis=enabled: slave 1 axis 2 is not there (not-asked: ...)"
+/// "axis=enabled: slave 1 axis 2: not-asked (...)"
 void AddMissingRung(const std::string& wanted, const std::string& whose, const Rung* rung,
                     std::vector<std::string>& missing) {
   if (rung != nullptr && rung->status == RungStatus::kReached) return;
-  std::string text = wanted + ": " + whose + " has the status " +
-                     std::string(Name(rung != nullptr ? rung->status : RungStatus::kUnknown));
+  std::string text =
+      wanted + ": " + whose + ": " + std::string(Name(rung != nullptr ? rung->status : RungStatus::kUnknown));
   if (rung != nullptr && rung->why != nullptr) text += " (" + std::string(rung->why->text) + ")";
   missing.push_back(std::move(text));
 }
 
-void AddMissingAxes(const std::string& code, const AnalysisResult& result, std::vector<std::string>& missing) {
+/// @param hidden  slaves that only broadcasts show: each may have an axis
+void AddMissingAxes(const std::string& code, const AnalysisResult& result, std::size_t hidden,
+                    std::vector<std::string>& missing) {
   bool any = false;
   for (const SlaveSummary& slave : result.slaves) {
     for (const AxisLadder& axis : slave.axes) {
@@ -137,10 +150,14 @@ void AddMissingAxes(const std::string& code, const AnalysisResult& result, std::
     }
   }
   if (!any) missing.push_back("axis=" + code + ": the capture shows no axis");
+  if (any && hidden > 0) {
+    missing.push_back("axis=" + code + ": the axes of " + Count(hidden, "further slave") + " are not in the capture");
+  }
 }
 
 /// Slaves without SYNC0 have nothing to keep in step with.
-void AddMissingSync(const AnalysisResult& result, std::vector<std::string>& missing) {
+/// @param hidden  slaves that only broadcasts show: each may have SYNC0
+void AddMissingSync(const AnalysisResult& result, std::size_t hidden, std::vector<std::string>& missing) {
   bool any = false;
   for (const SlaveSummary& slave : result.slaves) {
     const Rung* const rung = slave.progress.Find("sync");
@@ -149,6 +166,9 @@ void AddMissingSync(const AnalysisResult& result, std::vector<std::string>& miss
     AddMissingRung("sync=ok", "slave " + std::to_string(slave.position), rung, missing);
   }
   if (!any) missing.push_back("sync=ok: the capture shows no slave with SYNC0");
+  if (any && hidden > 0) {
+    missing.push_back("sync=ok: the synchronisation of " + Count(hidden, "further slave") + " is not in the capture");
+  }
 }
 
 }  // namespace
@@ -196,20 +216,21 @@ Result<Requirements> ParseRequirements(std::string_view text) {
       }
     } else {
       const std::string known = Suggestion(name, kParts, "");
-      return Wrong(text,
-                   "'" + std::string(part) +
-                       "' is none of slaves=N, state=STATE, reached=STATE, axis=RUNG, sync=ok, judged=90%" +
-                       known);
+      return Wrong(text, "'" + std::string(part) +
+                             "' is none of slaves=N, state=STATE, reached=STATE, axis=RUNG, sync=ok, judged=90%" +
+                             known);
     }
     if (comma != std::string_view::npos && rest.empty()) return Wrong(text, "it ends with a comma");
   } while (!rest.empty());
   return out;
 }
 
-std::vector<std::string> MissingOf(const Requirements& required, const AnalysisResult& result, std::size_t slaves) {
+std::vector<std::string> MissingOf(const Requirements& required, const AnalysisResult& result, std::size_t slaves,
+                                   bool part) {
   std::vector<std::string> missing;
   // What the last broadcast counted is there at the end; a slave that is only remembered may have left.
   const std::size_t there = result.bus.slave_count.value_or(static_cast<std::uint16_t>(slaves));
+  const std::size_t hidden = !part && there > slaves ? there - slaves : 0;
   if (required.slaves && there != *required.slaves) {
     const std::string wanted = "slaves=" + std::to_string(*required.slaves) + ": ";
     if (result.bus.slave_count) {
@@ -221,24 +242,23 @@ std::vector<std::string> MissingOf(const Requirements& required, const AnalysisR
     }
   }
   if (required.state) {
-    AddOtherStates(*required.state, result, missing);
+    AddOtherStates(*required.state, result, part, missing);
     const std::string state = "state=" + esc::StateName(static_cast<std::uint8_t>(*required.state));
     if (result.slaves.empty()) {
       missing.push_back(state + ": the capture does not show the AL state of any slave");
-    } else if (there > slaves) {
-      missing.push_back(state + ": the AL state of " + Count(there - slaves, "further slave") +
-                        " is not in the capture");
+    } else if (hidden > 0) {
+      missing.push_back(state + ": the AL state of " + Count(hidden, "further slave") + " is not in the capture");
     }
   }
   if (required.reached) {
     AddNeverReached(*required.reached, result, missing);
-    if (result.slaves.empty() || there > slaves) {
+    if (result.slaves.empty() || hidden > 0) {
       missing.push_back("reached=" + esc::StateName(static_cast<std::uint8_t>(*required.reached)) +
                         ": the AL states of all slaves are not in the capture");
     }
   }
-  if (!required.axis.empty()) AddMissingAxes(required.axis, result, missing);
-  if (required.sync) AddMissingSync(result, missing);
+  if (!required.axis.empty()) AddMissingAxes(required.axis, result, hidden, missing);
+  if (required.sync) AddMissingSync(result, hidden, missing);
   if (required.judged) AddNotJudged(required, result, missing);
   return missing;
 }

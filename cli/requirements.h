@@ -34,7 +34,8 @@ struct Requirements {
 /// What of `required` is missing, each a sentence without a full stop; empty when it is all there.
 /// @param result  of the whole bus, or what --slave left of it
 /// @param slaves  that the capture shows, also those that --slave left out
+/// @param part    --slave selects slaves: all parts but `slaves=` are about these
 [[nodiscard]] std::vector<std::string> MissingOf(const Requirements& required, const AnalysisResult& result,
-                                                 std::size_t slaves);
+                                                 std::size_t slaves, bool part);
 
 }  // namespace ecaudit::cli

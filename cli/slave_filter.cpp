@@ -81,11 +81,11 @@ std::size_t KeepSlaves(std::span<const SlaveSelector> selectors, AnalysisResult&
                                            [&](const SlaveSelector& selector) { return Selects(selector, *slave); });
   };
 
-  std::vector<Finding>& findings = result.findings;
+  const std::vector<Finding>& findings = result.findings;
   std::vector<bool> keep(findings.size());
   for (std::size_t i = 0; i < findings.size(); ++i) keep[i] = selected(findings[i].slave);
   AddCauses(findings, keep);
-  KeepFindings(keep, findings);
+  KeepFindings(keep, result);
   std::erase_if(result.not_evaluable, [&](const NotEvaluable& entry) { return !selected(entry.slave); });
   for (RuleCoverage& rule : result.coverage) {
     std::erase_if(rule.slaves, [&](const SlaveCoverage& entry) { return !selected(entry.slave); });

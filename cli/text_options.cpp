@@ -1,5 +1,6 @@
 #include "cli/text_options.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <system_error>
 
@@ -45,6 +46,8 @@ report::TextStyle TextOptions::Style(const Console& console, bool standard) cons
   report::TextStyle style;
   style.color = standard && Colors(console);
   if (standard) style.width = console.width().value_or(report::kLineWidth);
+  if (standard)
+    style.verdict_width = std::min(console.width().value_or(report::kVerdictColumns), report::kVerdictColumns);
   style.quiet = quiet;
   style.time = time_mode();
   std::error_code ignored;

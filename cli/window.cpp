@@ -28,14 +28,14 @@ capture::ReadStatus WindowSource::Next(capture::CapturedFrame& frame) noexcept {
 bool Touches(const Finding& finding, FrameNo first, FrameNo last) {
   const auto inside = [&](FrameNo frame) { return frame >= first && frame <= last; };
   const FrameNo begin = finding.first.number;
-  const FrameNo end = std::max(begin, finding.last.number);
+  const FrameNo end = std::max({begin, finding.last.number, finding.until});
   if (begin == 0 && finding.related_frames.empty()) return true;
   if (begin != 0 && begin <= last && end >= first) return true;
   return std::any_of(finding.related_frames.begin(), finding.related_frames.end(), inside);
 }
 
 report::OutsideWindow KeepWindow(FrameNo first, FrameNo last, AnalysisResult& result) {
-  std::vector<Finding>& findings = result.findings;
+  const std::vector<Finding>& findings = result.findings;
   std::vector<bool> wanted(findings.size());
   for (std::size_t i = 0; i < findings.size(); ++i) wanted[i] = Touches(findings[i], first, last);
   AddCauses(findings, wanted);
@@ -47,7 +47,7 @@ report::OutsideWindow KeepWindow(FrameNo first, FrameNo last, AnalysisResult& re
        : severity == Severity::kWarning ? outside.warnings
                                         : outside.infos);
   }
-  KeepFindings(wanted, findings);
+  KeepFindings(wanted, result);
   return outside;
 }
 

@@ -39,7 +39,8 @@ class WindowSource final : public capture::FrameSource {
 };
 
 /// Whether one of the frames of `finding` lies in [first, last]. A finding that was repeated counts from its first to
-/// its last frame, since those between are not listed. A finding without any frame is about the whole capture.
+/// its last frame, since those between are not listed; one whose condition lasts, such as a fault that is not reset,
+/// counts for all of that time. A finding without any frame is about the whole capture.
 [[nodiscard]] bool Touches(const Finding& finding, FrameNo first, FrameNo last);
 
 /// Keeps the findings that touch the window, and their causes.

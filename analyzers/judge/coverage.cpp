@@ -414,7 +414,7 @@ class Evaluator {
   [[nodiscard]] bool Excluded(const RuleInfo& rule, Subject subject, SlaveCoverage& out) const {
     if (context_.store.IsOff(rule)) out.why = NotApplicable::kSwitchedOff;
     if (subject == Subject::kExpectation && context_.options().expectation == nullptr) {
-      out.why = out.why == NotApplicable::kApplies ? NotApplicable::kNoExpectation : out.why;
+      out.why = NotApplicable::kNoExpectation;
     }
     if (out.why == NotApplicable::kApplies) return false;
     out.coverage = Coverage::kNotApplicable;
@@ -446,7 +446,12 @@ class Evaluator {
   SlaveCoverage OfSlave(const RuleInfo& rule, Subject subject, const SlaveSummary& slave) {
     SlaveCoverage out;
     out.slave = slave.id;
-    if (Excluded(rule, subject, out)) return out;
+    if (Excluded(rule, subject, out)) {
+      // Only what would apply counts as switched off.
+      const NotApplicable absent = PresenceOf(subject, slave, context_, result_).absent;
+      if (out.why == NotApplicable::kSwitchedOff && absent != NotApplicable::kApplies) out.why = absent;
+      return out;
+    }
     Reported reported = Get(rule, slave.id);
     const Reported bus = Get(rule, kNoSlave);
     reported.of_all = reported.of_all || bus.of_all;

@@ -8,8 +8,12 @@
 namespace ecaudit {
 
 /// Into the order in which they are read (reading_order.h): the worst first with what follows from it, a cause before
-/// what it causes, even where it was seen later. The ids of all reports count in this order, so that the first finding
-/// a person sees is f1 for `slice`, too. Indices in caused_by follow.
-void SortFindings(std::vector<Finding>& findings);
+/// what it causes, even where it was seen later. Indices in caused_by follow.
+/// @return for each finding, by its former place, the new one
+std::vector<FindingIndex> SortFindings(std::vector<Finding>& findings);
+
+/// Numbers the sorted findings of the whole capture. The ids of all reports are these, so that the first finding a
+/// person sees is f1 for `slice`, too.
+void NumberFindings(std::vector<Finding>& findings);
 
 }  // namespace ecaudit

@@ -44,8 +44,9 @@ FindingIndex FindingStore::CountOn(FindingIndex index, const Finding& finding) {
 FindingIndex FindingStore::Add(const RuleInfo& rule, std::uint64_t key, Severity severity, Finding finding) {
   if (IsOff(rule)) return kNoFinding;
   const auto setting = settings_.find(rule.id);
-  finding.severity_is_chosen = setting != settings_.end();
-  finding.severity = finding.severity_is_chosen ? setting->second.severity : severity;
+  const bool chosen = setting != settings_.end();
+  finding.severity = chosen ? setting->second.severity : severity;
+  finding.severity_is_lowered = finding.severity < severity;
   Listed& of_slave = per_slave_[{&rule, finding.slave, finding.severity}];
   Listed& of_rule = per_rule_[{&rule, finding.severity}];
   std::size_t& listed = by_severity_[static_cast<std::size_t>(finding.severity)];
@@ -77,7 +78,9 @@ FindingIndex FindingStore::Add(const RuleInfo& rule, std::uint64_t key, Severity
 }
 
 void FindingStore::Regrade(FindingIndex index, Severity severity) {
-  if (settings_.find(findings_[index].rule) == settings_.end()) findings_[index].severity = severity;
+  Finding& finding = findings_[index];
+  if (settings_.find(finding.rule) == settings_.end()) finding.severity = severity;
+  finding.severity_is_lowered = finding.severity < severity;
 }
 
 FindingStore::Group& FindingStore::GroupOf(std::string_view rule, const Reason& reason) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <span>
 #include <vector>
 
 namespace ecaudit::progress {
@@ -81,16 +82,23 @@ constexpr std::array<std::string_view, 12> kRungsOfWarnings{"answers",  "preop",
                                                             "exchange", "op",    "no-fault",  "voltage",
                                                             "enabled",  "mode",  "commanded", "follows"};
 
+/// Rungs that are what the capture ends with; others fail once, and what held them may be over.
+constexpr std::array<std::string_view, 6> kRungsOfTheEnd{"answers", "preop", "safeop", "op", "no-fault", "enabled"};
+
+bool IsOneOf(std::span<const std::string_view> codes, std::string_view code) {
+  return std::find(codes.begin(), codes.end(), code) != codes.end();
+}
+
 void Mark(const Ladder& ladder, AnalysisResult& result) {
   for (const Rung& rung : ladder.rungs) {
     const bool failed = rung.status == RungStatus::kNotReached || rung.status == RungStatus::kLost;
     if (!failed || rung.held_by >= result.findings.size()) continue;
-    if (std::find(kRungsOfWarnings.begin(), kRungsOfWarnings.end(), rung.rung->code) == kRungsOfWarnings.end())
-      continue;
+    if (IsOneOf(kRungsOfTheEnd, rung.rung->code)) result.findings[rung.held_by].until = Finding::kCaptureEnds;
+    if (!IsOneOf(kRungsOfWarnings, rung.rung->code)) continue;
     Finding& finding = result.findings[rung.held_by];
     // A warning that rests on an assumption is reported, and decides nothing.
     if (finding.confidence == Confidence::kInferred && finding.severity != Severity::kError) continue;
-    if (finding.holds.empty() && !finding.severity_is_chosen) finding.holds = rung.rung->code;
+    if (finding.holds.empty() && !finding.severity_is_lowered) finding.holds = rung.rung->code;
   }
 }
 

@@ -55,7 +55,7 @@ struct CaptureSummary {
   FrameRef origin;                     ///< first packet of the file with a time stamp: seconds count from there
   FrameRef first;                      ///< first packet of the range with a time stamp
   FrameRef last;
-  bool earlier_left_out = false;       ///< the range leaves out packets before it, and they were not evaluated
+  bool earlier_left_out = false;            ///< the range leaves out packets before it, and they were not evaluated
   std::optional<std::int64_t> duration_ns;  ///< from `first` to `last`, without what the clock jumped between
   DirectionSeen direction = DirectionSeen::kNone;
   TimestampQuality timestamps;
@@ -283,6 +283,10 @@ struct AnalysisResult {
       if (s.id == id) return &s;
     }
     return nullptr;
+  }
+  /// Not empty.
+  [[nodiscard]] std::uint32_t NumberOf(FindingIndex finding) const {
+    return findings[finding].number != 0 ? findings[finding].number : finding + 1;
   }
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -41,6 +42,9 @@ struct AffectedSlaves {
 
 struct Finding {
   std::string_view rule;  ///< id in the catalogue; the string lives as long as the program
+  /// From 1, in the order of the whole capture: "f3" in every report of it, whichever part the report shows. 0: the
+  /// findings were not numbered, and the place counts.
+  std::uint32_t number = 0;
   Severity severity = Severity::kInfo;
   const FindingKind* kind = nullptr;  ///< which of the rule's; never null once reported
   Arguments arguments;
@@ -51,12 +55,15 @@ struct Finding {
   FrameRef first;            ///< the frame that shows it
   FrameRef last;             ///< last repetition, same as first when count is 1
   std::uint64_t count = 1;
+  /// The condition that it reports lasts to this frame, kCaptureEnds: to the end; 0: not beyond `last`.
+  FrameNo until = 0;
+  static constexpr FrameNo kCaptureEnds = std::numeric_limits<FrameNo>::max();
   std::vector<FrameNo> related_frames;  ///< at most 16: the request, the configuration, ...
   FindingIndex caused_by = kNoFinding;
   /// The lowest rung (result/progress.h) that the master wanted and did not reach, or lost, because of it: "enabled".
   std::string_view holds;
-  /// The user set the severity of the rule: only that decides whether the finding fails the capture.
-  bool severity_is_chosen = false;
+  /// The user set the severity of the rule below that of the finding: only that decides whether it fails the capture.
+  bool severity_is_lowered = false;
   Confidence confidence = Confidence::kObserved;
   Reference reference;
 

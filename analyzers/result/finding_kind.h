@@ -9,9 +9,8 @@
 ///   {?name} {!name}   inside [ ... ]: writes nothing; the part needs the argument set (and true), or not set (or
 ///   false)
 ///   \{ \[ \] \\  these characters themselves
-/// Of each finding there are besides: {frame}, {last_frame}, {count}, and the flag {?caused} (another finding is its
-/// cause). A sentence that begins with a word, frame or count gets a capital. Line breaks and runs of blanks are one
-/// blank.
+/// Of each finding there are besides: {frame}, {last_frame} and {count}. A sentence that begins with a word, frame or
+/// count gets a capital. Line breaks and runs of blanks are one blank.
 #pragma once
 
 #include <string_view>
@@ -25,9 +24,13 @@ struct FindingKind {
   std::string_view name;     ///< public interface, unique in its rule: "refused"; JSON `kind`
   std::string_view title;    ///< at most 70 characters, without slave and frame; expected against actual
   std::string_view message;  ///< what was observed (frames) and expected (source)
-  std::string_view next;     ///< what to do; empty only where there is nothing to do
+  /// What to do, as for a finding without a cause; empty only where there is nothing to do. A consequence shows
+  /// "Correct f1 (rule) first." instead, which only the writer of the report can make.
+  std::string_view next;
   /// Names of the arguments that distinguish two findings of this kind, separated by blanks: no counts, times, frames.
   std::string_view identity = {};
+  /// A consequence shows `next`, too: correcting the cause does not do it.
+  bool next_stays = false;
 };
 
 /// A sentence that a finding may have besides, after its message and before the next step, in the order of being added.

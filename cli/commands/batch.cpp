@@ -128,6 +128,7 @@ class BatchCommand : public Command {
   [[nodiscard]] std::optional<Error> Prepare() {
     options_.local_time = output_.text.time == Name(report::TimeMode::kLocal);
     if (auto error = ReadWorkers()) return error;
+    if (auto error = CheckBaselineIsWhole(options_, gate_)) return error;
     TakePagesFromOutputs();
     TakeFolderFromOutputs();
     if (!folder_) folder_ = kDefaultFolder;

@@ -82,6 +82,14 @@ class MergeCommand : public Command {
     if (!complete) return ExitStatus::kUsage;
     if (digest_.captures.empty()) return Fail(console, Error{"the reports hold no capture"});
     if (versions_.size() > 1 || !versions_.contains(digest_.version)) WarnOfVersions(console);
+    if (write_baseline_) {
+      for (const report::CaptureDigest& capture : digest_.captures) {
+        if (!ShowsPart(capture)) continue;
+        return Fail(console,
+                    Error{"the report of " + capture.path + " shows a part of the capture (" + Text(capture.selection) +
+                          "); the baseline " + *write_baseline_ + " was not written"});
+      }
+    }
     if (baseline_) {
       std::vector<const report::CaptureDigest*> captures;
       for (const report::CaptureDigest& capture : digest_.captures) captures.push_back(&capture);
@@ -92,6 +100,11 @@ class MergeCommand : public Command {
   }
 
  private:
+  /// Its findings are not all that the capture has.
+  [[nodiscard]] static bool ShowsPart(const report::CaptureDigest& capture) {
+    return capture.selection.range() || !capture.selection.slaves.empty();
+  }
+
   [[nodiscard]] std::optional<Error> Prepare() {
     if (fail_on_) {
       parsed_fail_on_ = report::ParseFailOn(*fail_on_);

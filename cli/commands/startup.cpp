@@ -1,6 +1,7 @@
 /// `ecaudit startup`: what the master did to bring the slaves to OP, step by step, and whether that is as expected.
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -8,12 +9,14 @@
 
 #include "analyzers/compare/comparison.h"
 #include "analyzers/judge/catalogue.h"
+#include "analyzers/judge/finding_order.h"
 #include "analyzers/result/further_startups.h"
 #include "analyzers/words/step_text.h"
 #include "cli/capture_run.h"
 #include "cli/commands/command.h"
 #include "cli/expectation_file.h"
 #include "cli/expected_rungs.h"
+#include "cli/finding_filter.h"
 #include "cli/output_file.h"
 #include "cli/output_plan.h"
 #include "cli/report/sentences.h"
@@ -69,37 +72,28 @@ bool HoldsStartup(const AnalysisResult& result) {
          (result.bus.startup.seen && !result.bus.startup.steps.empty());
 }
 
-/// The rungs of the report name only findings that it holds.
-void PlaceHolders(AnalysisResult& result, const std::vector<FindingIndex>& place) {
-  const auto renumber = [&place](Ladder& ladder) {
-    for (Rung& rung : ladder.rungs) rung.held_by = rung.held_by < place.size() ? place[rung.held_by] : kNoFinding;
-  };
-  for (SlaveSummary& slave : result.slaves) {
-    renumber(slave.progress);
-    for (AxisLadder& axis : slave.axes) renumber(axis.ladder);
-  }
-}
-
 /// Leaves the findings about the expectation, and counts the others.
 void KeepStartupFindings(report::CaptureReport& capture) {
-  std::vector<Finding> kept;
-  std::vector<FindingIndex> place(capture.result.findings.size(), kNoFinding);
-  std::vector<std::uint64_t> lines;
-  for (std::size_t i = 0; i < capture.result.findings.size(); ++i) {
-    Finding& finding = capture.result.findings[i];
-    if (IsOfStartup(finding.rule)) {
-      if (i < capture.decode_lines.size()) lines.push_back(capture.decode_lines[i]);
-      finding.caused_by = kNoFinding;
-      place[i] = static_cast<FindingIndex>(kept.size());
-      kept.push_back(std::move(finding));
+  std::vector<Finding>& findings = capture.result.findings;
+  std::vector<bool> wanted(findings.size());
+  std::map<std::uint32_t, std::uint64_t> lines;  // by number
+  for (std::size_t i = 0; i < findings.size(); ++i) {
+    if (i < capture.decode_lines.size()) lines[findings[i].number] = capture.decode_lines[i];
+    wanted[i] = IsOfStartup(findings[i].rule);
+    if (wanted[i]) {
+      findings[i].caused_by = kNoFinding;
       continue;
     }
-    if (finding.severity == Severity::kError) ++capture.other_errors;
-    if (finding.severity == Severity::kWarning) ++capture.other_warnings;
+    if (findings[i].severity == Severity::kError) ++capture.other_errors;
+    if (findings[i].severity == Severity::kWarning) ++capture.other_warnings;
   }
-  capture.result.findings = std::move(kept);
-  capture.decode_lines = std::move(lines);
-  PlaceHolders(capture.result, place);
+  KeepFindings(wanted, capture.result);
+  capture.decode_lines.clear();
+  for (const Finding& finding : findings) {
+    if (!lines.empty()) capture.decode_lines.push_back(lines[finding.number]);
+  }
+  // No other report of the capture has these.
+  NumberFindings(findings);
   std::erase_if(capture.result.not_evaluable, [](const NotEvaluable& entry) { return !IsOfStartup(entry.rule); });
   capture.result.capture_next.clear();
   std::erase_if(capture.result.coverage, [](const RuleCoverage& rule) { return !IsOfStartup(rule.rule); });
@@ -171,8 +165,7 @@ class StartupCommand : public Command {
       capture.judged = false;
       capture.required.clear();
       capture.unmet.clear();
-      PlaceHolders(capture.result, {});
-      capture.result.findings.clear();
+      KeepFindings(std::vector<bool>(capture.result.findings.size()), capture.result);
       capture.decode_lines.clear();
       capture.result.not_evaluable.clear();
       capture.result.coverage.clear();

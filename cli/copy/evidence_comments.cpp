@@ -7,6 +7,7 @@
 #include "analyzers/options/options.h"
 #include "analyzers/result/analysis_result.h"
 #include "analyzers/result/rule_info.h"
+#include "cli/report/finding_id.h"
 #include "cli/report/sentences.h"
 #include "cli/report/text_writer.h"
 #include "cli/suggest.h"
@@ -15,10 +16,6 @@
 namespace ecaudit::cli {
 namespace {
 
-std::string Id(std::size_t index) {
-  return "f" + std::to_string(index + 1);
-}
-
 std::string InFrame(FrameNo frame) {
   return "frame " + std::to_string(frame);
 }
@@ -26,14 +23,14 @@ std::string InFrame(FrameNo frame) {
 /// "f1 error al-refused, slave 0 (0x1001): title".
 std::string Head(const AnalysisResult& result, std::size_t index) {
   const Finding& f = result.findings[index];
-  return Id(index) + " " + std::string(Name(f.severity)) + " " + std::string(f.rule) + ", " +
-         report::SlaveLabel(result, f.slave) + ": " + report::TitleOf(f);
+  return report::FindingId(result, static_cast<FindingIndex>(index)) + " " + std::string(Name(f.severity)) + " " +
+         std::string(f.rule) + ", " + report::SlaveLabel(result, f.slave) + ": " + report::TitleOf(f);
 }
 
 std::string FullText(const AnalysisResult& result, std::size_t index) {
   const Finding& f = result.findings[index];
   std::string text = InFrame(f.first.number) + ": " + Head(result, index);
-  if (const std::string message = report::MessageOf(f); !message.empty()) text += "\n" + message;
+  if (const std::string message = report::MessageOf(f, result); !message.empty()) text += "\n" + message;
   if (f.caused_by < result.findings.size()) {
     text += "\nConsequence of " + Head(result, f.caused_by);
     const FrameNo frame = result.findings[f.caused_by].first.number;
@@ -45,6 +42,31 @@ std::string FullText(const AnalysisResult& result, std::size_t index) {
     text += "\nSee " + Printable(f.reference.document);
     if (!f.reference.section.empty()) text += ", " + Printable(f.reference.section);
   }
+  return text;
+}
+
+/// Of the finding with this number; the end where there is none.
+std::size_t PlaceOf(const AnalysisResult& result, std::size_t number) {
+  std::size_t index = 0;
+  while (index < result.findings.size() && result.NumberOf(static_cast<FindingIndex>(index)) != number) ++index;
+  return index;
+}
+
+/// "the report has f1 to f4", "the report has f2 and f5". Numbers of a part of the capture have gaps.
+std::string FindingsThere(const AnalysisResult& result) {
+  constexpr std::size_t kNamed = 8;
+  std::vector<std::uint32_t> numbers;
+  for (FindingIndex i = 0; i < result.findings.size(); ++i) numbers.push_back(result.NumberOf(i));
+  if (numbers.empty()) return "the report has none";
+  std::sort(numbers.begin(), numbers.end());
+  const auto id = [](std::uint32_t number) { return "f" + std::to_string(number); };
+  if (numbers.size() == 1) return "the report has " + id(numbers.front());
+  if (numbers.back() - numbers.front() + 1 == numbers.size()) {
+    return "the report has " + id(numbers.front()) + " to " + id(numbers.back());
+  }
+  std::string text = "the report has ";
+  for (std::size_t i = 0; i < numbers.size() && i < kNamed; ++i) text += (i > 0 ? ", " : "") + id(numbers[i]);
+  if (numbers.size() > kNamed) text += " and " + std::to_string(numbers.size() - kNamed) + " more";
   return text;
 }
 
@@ -76,11 +98,9 @@ Result<std::vector<std::size_t>> FindingsNamed(const AnalysisResult& result, con
     const bool is_id = name.size() > 1 && name[0] == 'f' &&
                        std::from_chars(name.data() + 1, end, number) == std::from_chars_result{end, std::errc()};
     if (is_id) {
-      if (number == 0 || number > result.findings.size()) {
-        return Error{"there is no finding " + name + "; the report has " +
-                     (result.findings.empty() ? "none" : "f1 to " + Id(result.findings.size() - 1))};
-      }
-      found.push_back(number - 1);
+      const std::size_t index = PlaceOf(result, number);
+      if (index == result.findings.size()) return Error{"there is no finding " + name + "; " + FindingsThere(result)};
+      found.push_back(index);
       continue;
     }
     if (FindRule(name) == nullptr) {

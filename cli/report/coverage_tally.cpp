@@ -56,6 +56,16 @@ CoverageCount CountOf(std::span<const RuleCoverage> rules) {
   return count;
 }
 
+std::uint64_t CountSwitchedOff(std::span<const RuleCoverage> rules) {
+  std::uint64_t count = 0;
+  for (const RuleCoverage& rule : rules) {
+    for (const SlaveCoverage& slave : rule.slaves) {
+      if (slave.coverage == Coverage::kNotApplicable && slave.why == NotApplicable::kSwitchedOff) ++count;
+    }
+  }
+  return count;
+}
+
 std::vector<ChapterCoverage> ByChapter(std::span<const RuleCoverage> rules) {
   std::vector<ChapterCoverage> chapters;
   for (const std::string_view chapter : kChapters) chapters.push_back({chapter, {}});
@@ -119,8 +129,7 @@ std::vector<std::string> Reservations(bool misses_packets, bool limited, const C
   std::vector<std::string> reservations;
   if (misses_packets) reservations.emplace_back("the capture misses packets");
   if (!limited && !IsJudged(count, kLeastJudgedPercent)) {
-    reservations.push_back("only " + Grouped(count.judged) + " of " + Grouped(count.applicable()) +
-                           " evaluations were possible");
+    reservations.push_back("only " + PartWas(count.judged, count.applicable(), "evaluation") + " possible");
   }
   return reservations;
 }

@@ -25,6 +25,9 @@ struct CoverageCount {
 [[nodiscard]] CoverageCount CountOf(const RuleCoverage& rule);
 [[nodiscard]] CoverageCount CountOf(std::span<const RuleCoverage> rules);
 
+/// Evaluations that the user switched off, and that would apply otherwise.
+[[nodiscard]] std::uint64_t CountSwitchedOff(std::span<const RuleCoverage> rules);
+
 struct ChapterCoverage {
   std::string_view chapter;
   CoverageCount count;

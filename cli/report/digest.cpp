@@ -18,11 +18,11 @@ FindingDigest DigestOf(const Finding& finding, const AnalysisResult& result) {
   FindingDigest out;
   out.rule = finding.rule;
   out.severity = finding.severity;
-  const Sentences sentences = SentencesOf(finding);
+  const Sentences sentences = SentencesOf(finding, result);
   out.kind = finding.kind->name;
   out.identity = IdentityText(finding);
   out.title = PrintableLines(sentences.title);
-  out.message = PrintableLines(MessageOf(finding));
+  out.message = PrintableLines(MessageOf(finding, result));
   out.next = PrintableLines(sentences.next);
   out.place = "bus";
   if (const SlaveSummary* slave = result.slave(finding.slave)) {
@@ -97,7 +97,8 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
   out.ethercat_frames = result.capture.ethercat_frames;
   out.without_ethercat = WithoutEtherCat(result);
   out.slaves = result.slaves.size();
-  out.slaves_there = result.bus.slave_count.value_or(0);
+  // Slaves that --slave left out are known well.
+  if (capture.selection.slaves.empty()) out.slaves_there = result.bus.slave_count.value_or(0);
   if (result.capture.first.has_time) out.first_time = IsoTime(result.capture.first.time);
   if (result.capture.duration_ns) out.duration_s = static_cast<double>(*result.capture.duration_ns) / 1e9;
   out.complete = result.capture.complete;
@@ -209,7 +210,10 @@ std::string ProductText(std::optional<std::uint32_t> vendor, std::optional<std::
 HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   if (!capture.unreadable.empty()) return {"ERROR", OneLine(capture.unreadable)};
   const Summary summary = Summarise(capture);
-  const std::string selected = LimitsText(capture.selection);
+  const bool window = capture.selection.range() && capture.selection.isolated_by.empty();
+  const std::string outside = summary.fail ? std::string() : OutsideText(capture.selection);
+  // With a window the counts stand nearer to the verdict.
+  const std::string selected = outside.empty() ? LimitsText(capture.selection) : Text(capture.selection);
   std::string limits = selected.empty() ? "" : " (limited by " + OneLine(selected) + ")";
   if (!capture.unmet.empty()) limits = "; required and missing: " + OneLine(Joined(capture.unmet, "; ")) + limits;
   if (capture.without_ethercat) {
@@ -219,18 +223,27 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   }
   if (!capture.judged) return {"NOT-JUDGED", "the start-up is shown; ecaudit check evaluates the capture" + limits};
   const std::vector<std::string> reservations = summary.fail ? std::vector<std::string>() : Reservations(capture);
-  const std::string reservation = ReservationText(reservations);
+  std::string reservation = ReservationText(reservations);
   std::string brief = reservations.size() > 1 ? ", but " + reservations.front() + " and more" : reservation;
-  constexpr std::string_view kWordy = "evaluations were possible";
-  if (const std::size_t at = brief.find(kWordy); at != std::string::npos) brief.replace(at, kWordy.size(), "evaluated");
+  for (const std::string_view wordy :
+       {"evaluations were possible", "evaluations was possible", "evaluation was possible"}) {
+    if (const std::size_t at = brief.find(wordy); at != std::string::npos) brief.replace(at, wordy.size(), "evaluated");
+  }
   const std::string verdict = summary.fail ? "FAIL" : summary.unmet ? "UNMET" : summary.limited ? "LIMITED" : "PASS";
   if (summary.limited && !summary.fail && capture.slaves > 0) limits = "; not evaluated: " + capture.limited + limits;
   const std::optional<MainFinding> main = MainFindingOf(capture);
+  if (!outside.empty()) {
+    // A range that passes is not a capture that does.
+    const std::string note = std::string(main ? " (outside the range: " : " (outside it: ") + outside + ")";
+    reservation = note + reservation;
+    brief = note + brief;
+  }
   if (!main) {
     const std::string none = std::string("no ") + (summary.known > 0 ? "new " : "") + "findings in " +
-                             Count(capture.ethercat_frames, "EtherCAT frame");
-    const std::string slaves =
-        capture.slaves > 0 ? " of " + SlavesText(capture.slaves, capture.slaves_there) : "; no slave is known";
+                             (window ? std::string("the range") : Count(capture.ethercat_frames, "EtherCAT frame"));
+    const std::string slaves = capture.slaves == 0 ? "; no slave is known"
+                               : window            ? ""
+                                                   : " of " + SlavesText(capture.slaves, capture.slaves_there);
     const std::string reach = capture.complete ? "" : ", as far as the capture was read";
     return {verdict, none + slaves + reach + reservation + limits, reservation, brief};
   }

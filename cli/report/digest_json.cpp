@@ -1,5 +1,6 @@
 #include "cli/report/digest_json.h"
 
+#include <functional>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -82,22 +83,24 @@ std::optional<Severity> ParseSeverity(std::string_view text) {
   return std::nullopt;
 }
 
-/// "f3" -> 2
-std::size_t FindingIndexOf(std::string_view id, Fields& fields) {
-  std::size_t number = 0;
-  for (const char c : id.substr(id.starts_with('f') ? 1 : 0)) {
-    if (c < '0' || c > '9' || number > 1'000'000) {
-      number = 0;
-      break;
+/// Findings by their ids: of a part of a capture, the ids have gaps.
+class FindingPlaces {
+ public:
+  explicit FindingPlaces(const std::vector<JsonValue>& findings) {
+    for (std::size_t i = 0; i < findings.size(); ++i) {
+      if (const std::string_view* id = findings[i].member("id").text()) places_.emplace(*id, i);
     }
-    number = number * 10 + static_cast<std::size_t>(c - '0');
   }
-  if (number == 0) {
-    fields.Fail("caused_by");
-    return FindingDigest::kNoCause;
+
+  [[nodiscard]] std::size_t Find(std::string_view id, Fields& fields) const {
+    const auto found = places_.find(id);
+    if (found == places_.end()) fields.Fail("caused_by");
+    return found == places_.end() ? FindingDigest::kNoCause : found->second;
   }
-  return number - 1;
-}
+
+ private:
+  std::map<std::string, std::size_t, std::less<>> places_;
+};
 
 /// What findings show of their slaves. Looked up, not searched for: a report may have thousands of both.
 class SlaveTexts {
@@ -148,7 +151,7 @@ class SlaveTexts {
   std::map<SlavePos, Slave> slaves_;
 };
 
-FindingDigest ReadFinding(JsonValue json, SlaveTexts& slaves, Fields& fields) {
+FindingDigest ReadFinding(JsonValue json, const FindingPlaces& places, SlaveTexts& slaves, Fields& fields) {
   FindingDigest f;
   f.rule = fields.Text(json, "rule");
   const std::optional<Severity> severity = ParseSeverity(fields.Text(json, "severity"));
@@ -176,7 +179,7 @@ FindingDigest ReadFinding(JsonValue json, SlaveTexts& slaves, Fields& fields) {
     }
   }
   const std::string cause = fields.TextOrNull(json, "caused_by");
-  if (!cause.empty()) f.caused_by = FindingIndexOf(cause, fields);
+  if (!cause.empty()) f.caused_by = places.Find(cause, fields);
   if (json.member("holds").there()) f.holds = fields.TextOrNull(json, "holds");
   f.confidence = fields.Text(json, "confidence") == "observed" ? Confidence::kObserved : Confidence::kInferred;
   const JsonValue reference = fields.Object(json, "reference");
@@ -263,15 +266,16 @@ CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
   }
   const std::vector<JsonValue> slaves = fields.Array(json, "slaves");
   out.slaves = slaves.size();
-  if (const JsonValue bus = json.member("bus"); bus.there() && bus.member("slave_count").there()) {
+  const bool whole = out.selection.slaves.empty();
+  if (const JsonValue bus = json.member("bus"); whole && bus.there() && bus.member("slave_count").there()) {
     out.slaves_there = fields.NumberOrNull(bus, "slave_count");
   }
   SlaveTexts texts(slaves, fields);
   for (const JsonValue slave : slaves) out.devices.push_back(SlaveTexts::Product(slave));
   SortDevices(out.devices);
-  for (const JsonValue finding : fields.Array(json, "findings")) {
-    out.findings.push_back(ReadFinding(finding, texts, fields));
-  }
+  const std::vector<JsonValue> findings = fields.Array(json, "findings");
+  const FindingPlaces places(findings);
+  for (const JsonValue finding : findings) out.findings.push_back(ReadFinding(finding, places, texts, fields));
   for (const JsonValue entry : fields.Array(json, "not_evaluable")) {
     out.not_judged.push_back({fields.Text(entry, "rule"), fields.WordOrNull(entry, "slave"),
                               fields.Text(entry, "reason"),

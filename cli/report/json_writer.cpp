@@ -8,6 +8,7 @@
 #include "analyzers/result/every_slave.h"
 #include "cli/report/alike_steps.h"
 #include "cli/report/coverage_tally.h"
+#include "cli/report/finding_id.h"
 #include "cli/report/fingerprint.h"
 #include "cli/report/json_sections.h"
 #include "cli/report/json_text.h"
@@ -38,10 +39,6 @@ JsonScalar DirectionText(DirectionSeen direction) {
       break;
   }
   return nullptr;
-}
-
-std::string FindingId(std::size_t index) {
-  return "f" + std::to_string(index + 1);
 }
 
 void PutSummary(JsonObject& out, const Summary& summary) {
@@ -271,14 +268,14 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   const Finding& f = result.findings[index];
   const SlaveSummary* slave = result.slave(f.slave);
   const bool caused = f.caused_by < result.findings.size();
-  out.Put("id", FindingId(index));
+  out.Put("id", FindingId(result, static_cast<FindingIndex>(index)));
   out.Put("rule", f.rule);
   out.Put("severity", Name(f.severity));
-  const Sentences sentences = SentencesOf(f);
+  const Sentences sentences = SentencesOf(f, result);
   out.Put("kind", f.kind->name);
   out.Text("identity", IdentityText(f));
   out.Text("title", sentences.title);
-  out.Text("message", MessageOf(f));
+  out.Text("message", MessageOf(f, result));
   out.TextOrNull("next_step", sentences.next);
   out.Put("slave", slave == nullptr ? JsonScalar(nullptr) : slave->position);
   out.Put("station_address", slave == nullptr ? JsonScalar(nullptr) : slave->station_address);
@@ -289,7 +286,7 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   out.Put("time_s", SecondsSince(result.capture.origin, f.first));
   out.Put("last_time_s", SecondsSince(result.capture.origin, f.last.number == 0 ? f.first : f.last));
   out.Values("related_frames", f.related_frames);
-  out.TextOrNull("caused_by", caused ? FindingId(f.caused_by) : "");
+  out.TextOrNull("caused_by", caused ? FindingId(result, f.caused_by) : std::string());
   out.TextOrNull("holds", f.holds);
   out.Put("confidence", f.confidence == Confidence::kObserved ? "observed" : "inferred");
   out.Object("arguments", [&](JsonObject& json) { PutArguments(json, f.arguments); });

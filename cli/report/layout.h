@@ -16,10 +16,15 @@ inline constexpr std::size_t kLineWidth = 80;
 
 inline constexpr std::size_t kPageWidth = 110;
 
+/// Columns of a verdict line. On a narrower terminal it has those of the terminal.
+inline constexpr std::size_t kVerdictColumns = 100;
+
 /// How text for a person is written.
 struct TextStyle {
   bool color = false;  ///< ANSI escape sequences
   std::size_t width = kLineWidth;
+  /// At most these for the verdict, which is one line: it is what CI logs and searches show.
+  std::size_t verdict_width = kVerdictColumns;
   bool quiet = false;  ///< verdict lines only
   TimeMode time = TimeMode::kRelative;
   std::string folder;  ///< the working directory, for formats whose readers want paths relative to it; may be empty

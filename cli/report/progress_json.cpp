@@ -1,4 +1,5 @@
 #include "analyzers/result/progress.h"
+#include "cli/report/finding_id.h"
 #include "cli/report/json_sections.h"
 #include "cli/report/json_text.h"
 #include "cli/report/times.h"
@@ -15,7 +16,7 @@ void PutRung(JsonObject& out, const AnalysisResult& result, const Rung& rung) {
   out.Put("until_s", SecondsSince(result.capture.origin, rung.until));
   out.TextOrNull("why", rung.why != nullptr ? rung.why->code : std::string_view());
   out.TextOrNull("text", rung.why != nullptr ? rung.why->text : std::string_view());
-  const std::string finding = rung.held_by == kNoFinding ? std::string() : "f" + std::to_string(rung.held_by + 1);
+  const std::string finding = rung.held_by == kNoFinding ? std::string() : FindingId(result, rung.held_by);
   out.TextOrNull("finding", finding);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "cli/report/finding_id.h"
 #include "cli/report/times.h"
 #include "decoder/base/text.h"
 
@@ -21,9 +22,9 @@ std::string Since(const AnalysisResult& result, const FrameRef& frame) {
 }
 
 /// " (f1)"
-std::string FindingText(const Rung& rung, Detail detail) {
+std::string FindingText(const AnalysisResult& result, const Rung& rung, Detail detail) {
   const bool named = detail != Detail::kWhy && rung.held_by != kNoFinding;
-  return named ? " (f" + std::to_string(rung.held_by + 1) + ")" : std::string();
+  return named ? " (" + FindingId(result, rung.held_by) + ")" : std::string();
 }
 
 /// "not enabled: a bit that Enable operation needs is 0 in the control word, since #807 at 1.201 s (f1)"
@@ -33,7 +34,7 @@ std::string Failed(const AnalysisResult& result, const Rung& rung, std::string_v
   if (detail == Detail::kFrames) {
     text += Since(result, rung.status == RungStatus::kLost && rung.until.seen() ? rung.until : rung.held_since);
   }
-  return text + FindingText(rung, detail);
+  return text + FindingText(result, rung, detail);
 }
 
 bool Fails(const Rung* rung) {
@@ -61,7 +62,7 @@ std::string SlaveText(const AnalysisResult& result, const SlaveSummary& slave, D
     // Nothing above it shows more.
     text = "gone: " + std::string(answers->why->text);
     if (detail == Detail::kFrames) text += Since(result, answers->until);
-    return text + FindingText(*answers, detail);
+    return text + FindingText(result, *answers, detail);
   }
   if (state != nullptr) {
     text = state->rung->text;
@@ -105,7 +106,7 @@ std::string AxisText(const AnalysisResult& result, const Ladder& ladder, Detail 
     if (code == "no-fault") {
       Append(text, "in Fault", "; ");
       if (detail == Detail::kFrames) text += Since(result, at->until);
-      text += FindingText(*at, detail);
+      text += FindingText(result, *at, detail);
       break;
     }
     if (code == "mode") name = "in the mode that was selected";

@@ -90,11 +90,7 @@ std::string Text(const Selection& selection) {
   return text;
 }
 
-std::string LimitsText(const Selection& selection) {
-  std::string text = Text(selection);
-  if (selection.range() && !selection.isolated_by.empty()) {
-    text += "; packets outside it were not evaluated (" + selection.isolated_by + ")";
-  }
+std::string OutsideText(const Selection& selection) {
   const OutsideWindow& outside = selection.outside;
   std::string counts;
   const auto add = [&counts](std::uint64_t count, std::string_view noun) {
@@ -103,7 +99,15 @@ std::string LimitsText(const Selection& selection) {
   add(outside.errors, "error");
   add(outside.warnings, "warning");
   add(outside.infos, "info");
-  if (!counts.empty()) text += "; outside it: " + counts;
+  return counts;
+}
+
+std::string LimitsText(const Selection& selection) {
+  std::string text = Text(selection);
+  if (selection.range() && !selection.isolated_by.empty()) {
+    text += "; packets outside it were not evaluated (" + selection.isolated_by + ")";
+  }
+  if (const std::string counts = OutsideText(selection); !counts.empty()) text += "; outside it: " + counts;
   return text;
 }
 

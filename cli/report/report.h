@@ -49,6 +49,8 @@ struct Selection {
 [[nodiscard]] std::string Text(const Selection& selection);
 /// The same, with what lies outside: "--to #100; outside it: 1 error".
 [[nodiscard]] std::string LimitsText(const Selection& selection);
+/// "1 error, 2 warnings"; empty: nothing was evaluated that is not shown, or nothing was found.
+[[nodiscard]] std::string OutsideText(const Selection& selection);
 
 /// One capture's result and how it is to be evaluated.
 struct CaptureReport {

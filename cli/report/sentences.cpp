@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "cli/report/finding_id.h"
 #include "cli/report/notation.h"
 #include "decoder/base/text.h"
 
@@ -130,8 +131,18 @@ Arguments ArgumentsOf(const Finding& finding, const Arguments& own) {
   if (!all.Has("frame")) all.Set("frame", arg::Frame(finding.first.number));
   if (!all.Has("last_frame")) all.Set("last_frame", arg::Frame(finding.last.number));
   if (!all.Has("count")) all.Set("count", arg::Count(finding.count, "time"));
-  all.Set("caused", arg::Flag(finding.caused_by != kNoFinding));
   return all;
+}
+
+/// What to do about a consequence is one sentence for all rules, made here: only a report knows the id of the cause.
+/// Its rule stands beside the id, since not all formats show ids.
+std::string NextOf(const Finding& finding, const AnalysisResult& result, const Arguments& arguments) {
+  std::string own = Fill(finding.kind->next, arguments);
+  if (own.empty() || finding.caused_by >= result.findings.size()) return own;
+  std::string next = "Correct " + FindingId(result, finding.caused_by) + " (" +
+                     std::string(result.findings[finding.caused_by].rule) + ") first.";
+  if (finding.kind->next_stays) Append(next, own);
+  return next;
 }
 
 std::string_view TemplateOf(ReasonCode code) {
@@ -219,20 +230,20 @@ std::string TitleOf(const Finding& finding) {
   return title;
 }
 
-Sentences SentencesOf(const Finding& finding) {
+Sentences SentencesOf(const Finding& finding, const AnalysisResult& result) {
   Sentences out;
   out.title = TitleOf(finding);
   if (finding.affected.number > 0) out.message = AffectedText(finding.affected);
   const Arguments all = ArgumentsOf(finding, finding.arguments);
   Append(out.message, AxisText(finding) + Fill(finding.kind->message, all));
-  out.next = Fill(finding.kind->next, all);
+  out.next = NextOf(finding, result, all);
   for (const Note& note : finding.notes)
     Append(out.message, Fill(note.kind->text, ArgumentsOf(finding, note.arguments)));
   return out;
 }
 
-std::string MessageOf(const Finding& finding) {
-  Sentences sentences = SentencesOf(finding);
+std::string MessageOf(const Finding& finding, const AnalysisResult& result) {
+  Sentences sentences = SentencesOf(finding, result);
   Append(sentences.message, sentences.next);
   return sentences.message;
 }

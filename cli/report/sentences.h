@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "analyzers/result/finding.h"
+#include "analyzers/result/analysis_result.h"
 
 namespace ecaudit::report {
 
@@ -15,9 +15,10 @@ struct Sentences {
   std::string next;     ///< what to do; may be empty
 };
 
-[[nodiscard]] Sentences SentencesOf(const Finding& finding);
+/// @param result  which the finding is from: the next step of a consequence names its cause
+[[nodiscard]] Sentences SentencesOf(const Finding& finding, const AnalysisResult& result);
 /// Message and next step as one paragraph.
-[[nodiscard]] std::string MessageOf(const Finding& finding);
+[[nodiscard]] std::string MessageOf(const Finding& finding, const AnalysisResult& result);
 [[nodiscard]] std::string TitleOf(const Finding& finding);
 /// Without a full stop: "the AL state before the request is not in the capture".
 [[nodiscard]] std::string TextOf(const Reason& reason);

@@ -9,6 +9,7 @@
 
 #include "cli/report/coverage_tally.h"
 #include "cli/report/digest.h"
+#include "cli/report/finding_id.h"
 #include "cli/report/finding_order.h"
 #include "cli/report/layout.h"
 #include "cli/report/notation.h"
@@ -434,7 +435,8 @@ class CaptureText {
   /// `slice --finding` takes.
   void FindingHead(std::size_t index, int depth, std::size_t indent) {
     const Finding& f = result_.findings[index];
-    const std::string id = "f" + std::to_string(index + 1) + " " + (depth > 0 ? "consequence: " : "");
+    const std::string id =
+        FindingId(result_, static_cast<FindingIndex>(index)) + " " + (depth > 0 ? "consequence: " : "");
     const std::string head = id + text_.Styled(Name(f.severity), StyleOf(f.severity)) + " " +
                              text_.Styled(std::string(f.rule), Style::kBold);
     const std::string label = SlaveLabel(result_, f.slave) + "  ";
@@ -474,7 +476,7 @@ class CaptureText {
   }
 
   void FindingBody(const Finding& f, std::size_t indent) {
-    const Sentences sentences = SentencesOf(f);
+    const Sentences sentences = SentencesOf(f, result_);
     if (sentences.message != sentences.title) text_.Paragraph(OneLine(sentences.message), indent);
     text_.Field("do", OneLine(sentences.next), indent);
     std::string evidence;
@@ -509,8 +511,9 @@ class CaptureText {
     for (std::size_t i = 0; i < result_.findings.size(); ++i) {
       if (!capture_.IsKnown(i)) continue;
       const Finding& f = result_.findings[i];
-      text_.Paragraph("f" + std::to_string(i + 1) + " " + std::string(Name(f.severity)) + " " + std::string(f.rule) +
-                          ", " + SlaveLabel(result_, f.slave) + ", " + Place(f) + ": " + OneLine(TitleOf(f)) +
+      text_.Paragraph(FindingId(result_, static_cast<FindingIndex>(i)) + " " + std::string(Name(f.severity)) + " " +
+                          std::string(f.rule) + ", " + SlaveLabel(result_, f.slave) + ", " + Place(f) + ": " +
+                          OneLine(TitleOf(f)) +
                           (capture_.WhyKnown(i).empty() ? "" : " (" + OneLine(capture_.WhyKnown(i)) + ")"),
                       2, 6);
     }
@@ -610,8 +613,7 @@ class CaptureText {
     add(p.mailbox_accesses, "mailbox transfer");
     add(p.working_counters, "working counter");
     if (made == 0) return "";
-    std::string text =
-        "models of the slaves: " + Grouped(held) + " of " + Grouped(made) + " predictions were right (" + kinds + ")";
+    std::string text = "models of the slaves: " + PartWas(held, made, "prediction") + " right (" + kinds + ")";
     if (!deviations.empty()) text += "; first wrong in " + deviations;
     return text;
   }
@@ -693,7 +695,7 @@ class CaptureText {
     }
     if (b.slave_count) text += ", " + Count(*b.slave_count, "slave");
     if (b.al) {
-      text += " (all together in " + esc::StatesOfAllText(b.al->status) + " at the end, #" +
+      text += " (last broadcast read of AL Status: " + esc::StatesOfAllText(b.al->status) + ", #" +
               std::to_string(b.al->last.number) + ")";
     }
     if (result_.capture.direction == DirectionSeen::kBoth) text += ", " + Count(b.lost_frames, "frame") + " lost";

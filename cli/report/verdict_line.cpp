@@ -143,7 +143,7 @@ VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, 
     // A summary has no other line for it.
     return {headline.verdict, " " + path + ": " + headline.sentence, StyleOf(headline.verdict)};
   }
-  const std::size_t room = kVerdictColumns - std::min(kVerdictColumns, Columns(headline.verdict));
+  const std::size_t room = style.verdict_width - std::min(style.verdict_width, Columns(headline.verdict));
   VerdictLine out{headline.verdict, {}, StyleOf(headline.verdict)};
   const std::string all = parts.what + parts.consequence;
   for (const std::string& candidate :
@@ -163,7 +163,8 @@ VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, 
     const std::size_t least = std::min(kLeastSentence, room);
     const std::size_t left = std::max(least, room - std::min(taken, room));
     const std::size_t shown = Columns(stem) - std::min(Columns(stem), taken + least - std::min(room, taken + least));
-    out.rest = line(taken + least <= room ? stem : CutToColumns(stem, shown), "", CutToColumns(parts.what, left), parts.tail);
+    out.rest =
+        line(taken + least <= room ? stem : CutToColumns(stem, shown), "", CutToColumns(parts.what, left), parts.tail);
     return out;
   }
   // The cause stays whole: the reader knows which file it is, and the finding has its frame.

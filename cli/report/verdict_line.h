@@ -9,17 +9,14 @@
 
 namespace ecaudit::report {
 
-/// Columns of a verdict line, on terminals of any width.
-inline constexpr std::size_t kVerdictColumns = 100;
-
 struct VerdictLine {
   std::string word;  ///< "FAIL", "PASS", ... as in HeadlineParts
   std::string rest;  ///< " akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused ... (frame 760 at 0.759 s)". Printable
   Style style = Style::kPlain;  ///< of the word
 };
 
-/// It shows the root cause. What does not fit is left out in this order: consequence, folder of the capture, name of the
-/// slave, time, name of the capture, frame. The cause is only cut where the line holds nothing else.
+/// It shows the root cause. What does not fit is left out in this order: consequence, folder of the capture, name of
+/// the slave, time, name of the capture, frame. The cause is only cut where the line holds nothing else.
 /// @param whole_path  of several captures: the path stays, and the line may grow longer for it
 [[nodiscard]] VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, bool whole_path = false);
 

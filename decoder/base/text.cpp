@@ -205,6 +205,10 @@ std::string Count(std::uint64_t n, std::string_view noun) {
   return out;
 }
 
+std::string PartWas(std::uint64_t part, std::uint64_t whole, std::string_view noun) {
+  return Grouped(part) + " of " + Count(whole, noun) + (part == 1 || whole == 1 ? " was" : " were");
+}
+
 std::string Printable(std::string_view text) {
   constexpr std::uint8_t kFirstLatin1 = 0xA0;
   std::string out;

@@ -29,6 +29,8 @@ void AppendHexBytes(std::string& out, ByteSpan bytes);
 [[nodiscard]] std::string Count(std::uint64_t n, std::string_view noun);
 /// For nouns whose plural is not made by an "s".
 [[nodiscard]] std::string Count(std::uint64_t n, std::string_view noun, std::string_view plural);
+/// "1 of 4 frames was", "2 of 4 frames were", "0 of 1 frame was": the beginning of a sentence about a part.
+[[nodiscard]] std::string PartWas(std::uint64_t part, std::uint64_t whole, std::string_view noun);
 /// "1st", "2nd", "11th".
 [[nodiscard]] std::string Ordinal(std::uint64_t n);
 /// Untrusted `text` as UTF-8 that can never control the reader's terminal. Valid UTF-8 stays. Bytes that belong to none

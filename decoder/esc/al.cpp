@@ -116,7 +116,9 @@ std::string_view AlStatusCodeName(std::uint16_t code) {
 
 std::string StatesOfAllText(std::uint16_t status) {
   const AlWord word{status};
-  return OredStatesText(word.state()) + (word.bit4() ? " and the error bit" : "");
+  const std::string states = OredStatesText(word.state());
+  if (!word.bit4()) return states;
+  return states + (states.find(" and ") != std::string::npos ? ", and the error bit" : " and the error bit");
 }
 
 std::string StatusText(std::uint16_t al_status) {
@@ -128,11 +130,13 @@ std::string OredStatesText(std::uint8_t states) {
   if (states == static_cast<std::uint8_t>(AlState::BOOT)) return "BOOT, or INIT and PREOP";
   if (IsAlState(states)) return std::string(StateName(static_cast<AlState>(states)));
   std::string text;
+  std::string_view last;
   for (const AlState state : {AlState::INIT, AlState::PREOP, AlState::SAFEOP, AlState::OP}) {
-    if ((states & static_cast<std::uint8_t>(state)) != 0)
-      text += (text.empty() ? "" : ", ") + std::string(StateName(state));
+    if ((states & static_cast<std::uint8_t>(state)) == 0) continue;
+    if (!last.empty()) text += (text.empty() ? "" : ", ") + std::string(last);
+    last = StateName(state);
   }
-  return text.empty() ? StateName(states) : text;
+  return last.empty() ? StateName(states) : text + " and " + std::string(last);
 }
 
 }  // namespace ecaudit::esc

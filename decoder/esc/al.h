@@ -45,9 +45,9 @@ struct AlWord {
 
 /// "PREOP", "SAFEOP+ERR" as AL Status is usually written.
 [[nodiscard]] std::string StatusText(std::uint16_t al_status);
-/// OredStatesText() with the error bit: "SAFEOP, OP and the error bit" of an OR of AL Status of all slaves.
+/// OredStatesText() with the error bit: "SAFEOP and OP, and the error bit" of an OR of AL Status of all slaves.
 [[nodiscard]] std::string StatesOfAllText(std::uint16_t status);
-/// What several slaves together may be in when a broadcast ORed their states: 14 is "PREOP, SAFEOP, OP", 3 "BOOT, or
+/// What several slaves together may be in when a broadcast ORed their states: 14 is "PREOP, SAFEOP and OP", 3 "BOOT, or
 /// INIT and PREOP".
 [[nodiscard]] std::string OredStatesText(std::uint8_t states);
 

@@ -1,9 +1,12 @@
 """The documents name what the program writes."""
 import json
 import re
+import shlex
+import shutil
+import subprocess
 import unittest
 
-from support import SCHEMA, SOURCE
+from support import PROGRAM, SCHEMA, SOURCE, CliTest
 
 
 def fields(node, path, found):
@@ -133,6 +136,70 @@ class Documents(unittest.TestCase):
     def test_the_guide_to_changes_names_this_version(self):
         version = re.search(r"project\(ecaudit VERSION ([\d.]+)", (SOURCE / "CMakeLists.txt").read_text()).group(1)
         self.assertIn(f"## {version}", (SOURCE / "docs" / "CHANGELOG.md").read_text())
+
+
+def examples(page):
+    """The commands that the page shows behind "$ ", each with the lines under it."""
+    found = []
+    for block in re.findall(r"^```\n(\$ .*?)^```$", page.read_text(), re.M | re.S):
+        for part in re.split(r"^\$ ", block, flags=re.M)[1:]:
+            command, *lines = part.rstrip("\n").split("\n")
+            found.append((command, lines))
+    return found
+
+
+def missing_line(wanted, output):
+    """The first line of an example that the output lacks. "..." stands for any lines, and for the end of a line."""
+    at, gap = 0, False
+    for line in wanted:
+        if line.strip() == "...":
+            gap = True
+            continue
+
+        def fits(actual, line=line):
+            return actual.startswith(line[:-3]) if line.endswith("...") else actual == line
+
+        while gap and at < len(output) and not fits(output[at]):
+            at += 1
+        if at == len(output) or not fits(output[at]):
+            return line
+        at, gap = at + 1, False
+    return None if gap or at == len(output) else f"(no further line, but: {output[at]})"
+
+
+class Examples(CliTest):
+    """What a page shows is what the program writes."""
+    FILES = {"samples": SOURCE / "samples", "acme-servo.json": SOURCE / "samples" / "families" / "acme-servo.json"}
+    ANY_CAPTURE = "trace.pcapng"  # stands for one of the reader
+    MISTAKEN = "--check"  # shows a file with mistakes that is not there
+
+    def test_the_comparison(self):
+        self.assertIsNone(missing_line(["a", "...", "c ..."], ["a", "b", "c d"]))
+        self.assertIsNone(missing_line(["a", "..."], ["a", "b"]))
+        self.assertEqual(missing_line(["a", "c"], ["a", "b", "c"]), "c")
+        self.assertEqual(missing_line(["a", "...", "d"], ["a", "b", "c"]), "d")
+        self.assertIn("b", missing_line(["a"], ["a", "b"]))
+
+    def test_examples(self):
+        for name, target in self.FILES.items():
+            (self.dir / name).symlink_to(target)
+        run = 0
+        for page in [SOURCE / "README.md", *sorted((SOURCE / "docs").glob("*.md"))]:
+            for command, lines in examples(page):
+                program, *arguments = shlex.split(command)
+                if {self.ANY_CAPTURE, self.MISTAKEN} & set(arguments) or (program != "ecaudit" and shutil.which(program) is None):
+                    continue
+                with self.subTest(page=page.name, command=command):
+                    own = program == "ecaudit"
+                    done = subprocess.run([PROGRAM if own else program, *arguments], cwd=self.dir,
+                                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                          stderr=subprocess.STDOUT if own else subprocess.DEVNULL, timeout=120)
+                    output = [line.rstrip() for line in done.stdout.decode().rstrip().split("\n")]
+                    self.assertNotIn(done.returncode, (2, 3))
+                    wanted = [line.rstrip() for line in lines] or ["..."]
+                    self.assertIsNone(missing_line(wanted, output), "\n".join(output))
+                    run += 1
+        self.assertGreater(run, 8)
 
 
 if __name__ == "__main__":

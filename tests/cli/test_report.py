@@ -1,12 +1,15 @@
 """Reports: formats, files, judgement."""
 import csv
+import fcntl
 import json
 import os
 import pathlib
 import pty
 import re
 import shutil
+import struct
 import subprocess
+import termios
 import unittest
 
 from support import PROGRAM, SCHEMA, SHARED, SOURCE, CliTest, healthy_capture
@@ -635,9 +638,10 @@ class Profiles(CliTest):
 
 
 class Terminal(CliTest):
-    def on_terminal(self, *arguments, **environment):
+    def on_terminal(self, *arguments, columns=0, **environment):
         """What the program prints when its standard output is a terminal."""
         leader, follower = pty.openpty()
+        fcntl.ioctl(follower, termios.TIOCSWINSZ, struct.pack("HHHH", 0, columns, 0, 0))
         env = {k: v for k, v in os.environ.items() if k != "NO_COLOR"} | {"TERM": "xterm"} | environment
         with subprocess.Popen([PROGRAM, "check", self.faulty, *arguments], stdout=follower, stderr=subprocess.PIPE,
                               stdin=subprocess.DEVNULL, env=env, cwd=self.dir) as child:
@@ -668,6 +672,12 @@ class Terminal(CliTest):
     def test_lines_fit(self):
         for line in self.check(SAMPLES / "falls-out-of-op.pcapng", status=1).out.splitlines()[1:]:
             self.assertLessEqual(len(line), 80, line)
+
+    def test_the_first_line_fits(self):
+        for columns in (60, 80, 100):
+            first = self.on_terminal("--color=never", columns=columns).decode().splitlines()[0]
+            self.assertLessEqual(len(first), columns, first)
+            self.assertIn("OP requested in INIT: not allowed", first)
 
     def test_colours_switched_off(self):
         for arguments, environment in (((), {"NO_COLOR": "1"}), (("--no-color",), {}), ((), {"TERM": "dumb"})):

@@ -49,6 +49,101 @@ class Windows(CliTest):
             with self.subTest(capture=path.name):
                 self.holds(path)
 
+    def fails(self, capture, *options):
+        done = self.run_program("check", "--quiet", *options, capture)
+        return done.returncode == 1
+
+    def is_no_pass_of_what_isolate_shows(self, capture):
+        """The law: an error that a range shows by itself may not be a PASS where the whole capture is evaluated."""
+        whole = self.findings(capture)
+        last = whole["capture"]["packets"]
+        starts = {1 + last * part // 4 for part in range(4)}
+        starts |= {f["last_frame"] + 1 for f in whole["findings"] if f["severity"] == "error" and f["frame"]}
+        for start in sorted(starts)[:MOST_WINDOWS + 2]:
+            for end in {last, min(last, start + max(10, last // 8))}:
+                window = ("--from", f"#{start}", "--to", f"#{end}")
+                if start <= last and self.fails(capture, *window, "--isolate"):
+                    self.assertTrue(self.fails(capture, *window), f"{capture} {window}")
+
+    def test_no_pass_of_an_error_that_stands(self):
+        for path in sorted(SAMPLES.glob("*.pcapng")):
+            with self.subTest(capture=path.name):
+                self.is_no_pass_of_what_isolate_shows(path)
+
+    def test_a_condition_shows_as_long_as_it_lasts(self):
+        for name, options, rule in (
+                ("drive-in-fault", ("--from", "#250", "--to", "#260"), "drive-fault"),
+                ("broadcast-shows-all-fall", ("--from", "#487"), "al-unexpected-change"),
+                ("branch-slave-leaves", ("--from", "#567"), "bus-slave-count-changed")):
+            with self.subTest(name):
+                part = self.findings(SAMPLES / f"{name}.pcapng", *options)
+                self.assertIn(rule, [f["rule"] for f in part["findings"]])
+                self.assertEqual(part["summary"]["verdict"], "fail")
+
+    def named(self, report):
+        """The ids that a report names."""
+        ids = {f["caused_by"] for f in report["findings"]}
+        for slave in report["slaves"]:
+            for ladder in (slave["progress"], *(axis["progress"] for axis in slave["axes"])):
+                ids |= {rung["finding"] for rung in ladder}
+        return ids - {None}
+
+    def test_every_id_that_a_report_names_is_in_it(self):
+        some = False
+        for path in sorted(SAMPLES.glob("*.pcapng")):
+            whole = self.findings(path)
+            ids = {f["id"]: key(f) for f in whole["findings"]}
+            frames = sorted({f["frame"] for f in whole["findings"] if f["frame"] is not None})
+            windows = [("--from", f"#{at}", "--to", f"#{at}") for at in frames[:2] + frames[-1:]]
+            windows += [("--slave", str(s["position"])) for s in whole["slaves"][:2]]
+            for options in ((), *windows):
+                with self.subTest(capture=path.name, options=options):
+                    part = self.findings(path, *options)
+                    there = {f["id"]: key(f) for f in part["findings"]}
+                    self.assertLessEqual(self.named(part), set(there))
+                    # And they are those of the whole capture, which slice uses.
+                    self.assertEqual({i: ids[i] for i in there}, there)
+                    some = some or bool(self.named(part))
+        self.assertTrue(some)
+
+    def test_slice_finds_what_a_window_shows(self):
+        capture = SAMPLES / "sdo-aborts.pcapng"
+        finding, *_ = self.findings(capture, "--from", "#163", "--to", "#163")["findings"]
+        self.assertNotEqual(finding["id"], "f1")
+        done = self.run_program("slice", "--finding", finding["id"], "-o", "part.pcapng", capture)
+        self.assertEqual(done.returncode, 0, done.err)
+        comment = f"{finding['id']} error {finding['rule']}"
+        self.assertIn(comment.encode(), (self.dir / "part.pcapng").read_bytes())
+
+    def test_merge_reads_the_ids_of_a_window(self):
+        capture = SAMPLES / "pdo-assign-order.pcapng"
+        last = max((f for f in self.findings(capture)["findings"] if f["caused_by"]), key=lambda f: f["frame"])
+        self.check("--from", f"#{last['frame']}", "-o", "part.json", capture, status=1)
+        done = self.run_program("merge", "part.json", "-o", "junit=-")
+        self.assertIn(last["rule"], done.out)
+        self.assertIn("consequence", done.out.lower())
+
+    def test_a_baseline_is_of_whole_captures(self):
+        self.check("--write-baseline", "known.json", REFUSED, status=1)
+        before = (self.dir / "known.json").read_text()
+        self.check("--to", "#100", "-o", "part.json", REFUSED, status=0)
+        for options in (("--slave", "0"), ("--from", "#1"), ("--to", "#100"), ("--around", "#100")):
+            for command in (("check",), ("batch", "--output-dir", "r")):
+                error = self.one_error(*command, "--write-baseline", "known.json", *options, REFUSED)
+                self.assertIn(f"--write-baseline does not work with {options[0]}", error)
+        error = self.one_error("merge", "--write-baseline", "known.json", "part.json")
+        self.assertIn("shows a part of the capture (--to #100)", error)
+        self.assertEqual((self.dir / "known.json").read_text(), before)
+
+    def test_the_first_line_is_of_the_range(self):
+        line = self.check("--to", "#100", SAMPLES / "drive-in-fault.pcapng", status=0).out.splitlines()[0]
+        self.assertEqual(line, "PASS drive-in-fault.pcapng: no findings in the range (outside it: 1 error) "
+                               "(limited by --to #100)")
+
+    def test_slaves_that_are_not_selected_are_known(self):
+        text = self.check("--slave", "1", SAMPLES / "restart-wrong-cycle.pcapng", status=1).out
+        self.assertIn("; 1 slave;", text)
+
     def test_causes_come_with_what_they_caused(self):
         whole = self.findings(SAMPLES / "pdo-assign-order.pcapng")["findings"]
         caused = [f for f in whole if f["caused_by"] is not None]

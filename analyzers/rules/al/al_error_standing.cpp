@@ -45,7 +45,8 @@ constexpr FindingKind kActiveWhenSeenAgain{
     .title = "{al_status} active when seen again[, AL status code {al_status_code}]",
     .message = kMessage,
     .next = kNext,
-    .identity = "al_status al_status_code"};
+    .identity = "al_status al_status_code",
+    .next_stays = true};
 
 constexpr FindingKind kActiveOnBus{
     .name = "active-on-bus",

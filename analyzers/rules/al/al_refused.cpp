@@ -26,12 +26,12 @@ constexpr FindingKind kRefused{
 {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the slave
 is not in the capture.][ Later AL status codes: {later_codes}.][ This transition requires: {requirement}.])",
     .next =
-        R"([{?caused}Correct the cause.][{!caused}[{?no_boot}Do not request {requested}: the slave does not have this
+        R"([{?no_boot}Do not request {requested}: the slave does not have this
 state. Acknowledge the error (bit 4 of AL Control).][{!no_boot}[{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
 this.][{!reason}[{?names_no_setting}This AL status code names no setting: find its meaning in the manual of the slave,
 or ask its vendor.][{!names_no_setting}[{?checked}Check what else the AL status code names, and the firmware of the
 slave.][{!checked}[{?al_status_code}Check the settings that the AL status code names.][{!al_status_code}Read the AL status
-code (0x0134).]]]] Then acknowledge the error (bit 4 of AL Control) and request {requested} again.]])",
+code (0x0134).]]]] Then acknowledge the error (bit 4 of AL Control) and request {requested} again.])",
     .identity = "requested state_before al_status_code"};
 
 constexpr FindingKind kNotAcknowledged{
@@ -43,11 +43,11 @@ to {last_request_frame}]. AL Status in {frame} is still {al_status:number} ({al_
 is {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the
 slave is not in the capture.][ Later AL status codes: {later_codes}.])",
     .next =
-        R"([{?caused}Correct the cause.][{!caused}[{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
+        R"([{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
 this.][{!reason}[{?names_no_setting}This AL status code names no setting: find its meaning in the manual of the slave,
 or ask its vendor.][{!names_no_setting}[{?checked}Check what else the AL status code names, and the firmware of the
 slave.][{!checked}[{?al_status_code}Check the settings that the AL status code names.][{!al_status_code}Read the AL status
-code (0x0134).]]]] Then acknowledge the error again.])",
+code (0x0134).]]]] Then acknowledge the error again.)",
     .identity = "requested al_status_code"};
 
 constexpr FindingKind kRefusedOnBus{

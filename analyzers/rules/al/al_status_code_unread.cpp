@@ -13,7 +13,8 @@ constexpr FindingKind kNotRead{
     .message =
         R"(AL Status shows the error bit from {frame} on. The master did not read the AL status code (0x0134) before
 the error bit was cleared or the capture ended. The reason of the slave is not in the capture.)",
-    .next = "Read six bytes from 0x0130 instead of two: AL Status and its code in one access."};
+    .next = "Read six bytes from 0x0130 instead of two: AL Status and its code in one access.",
+    .next_stays = true};
 
 constexpr const FindingKind* kKinds[] = {&kNotRead};
 

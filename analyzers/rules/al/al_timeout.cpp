@@ -14,9 +14,7 @@ constexpr FindingKind kNotReached{
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. Since then it read AL Status {polls}. After {waited_ms} ({frame}) AL Status is still
 {al_status:number} ({al_status}), without the error bit.[ The limit of {limit_ms} comes from {limit_source}.])",
-    .next =
-        R"([{?caused}Correct the cause.][{!caused}Check whether the slave runs, and whether it waits for power, inputs
-or synchronisation.])",
+    .next = R"(Check whether the slave runs, and whether it waits for power, inputs or synchronisation.)",
     .identity = "requested"};
 
 constexpr FindingKind kGivenUp{
@@ -25,7 +23,7 @@ constexpr FindingKind kGivenUp{
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. It read AL Status {polls}. Up to {frame} these reads show {shown}, without the error bit. In
 {next_frame} the master requests a lower state.)",
-    .next = "[{?caused}Correct the cause.][{!caused}Configure a longer wait in the master, or check the slave.]",
+    .next = "Configure a longer wait in the master, or check the slave.",
     .identity = "requested"};
 
 constexpr FindingKind kNotReachedOnBus{

@@ -16,7 +16,8 @@ constexpr FindingKind kNotInManual{
 {documented}[, and {more}].[ In the EtherCAT standard the code means: {standard_name}.][{!standard_name} The EtherCAT
 standard does not define it either.])",
     .next = "Ask for the manual of the firmware in use.",
-    .identity = "al_status_code"};
+    .identity = "al_status_code",
+    .next_stays = true};
 
 constexpr FindingKind kNotInStandard{
     .name = "not-in-standard",
@@ -25,7 +26,8 @@ constexpr FindingKind kNotInStandard{
         R"(The slave gives AL status code {al_status_code:number} in {frame}. The EtherCAT standard does not define
 it. Codes of vendors begin at 0x8000.)",
     .next = "Ask for the manual of the firmware in use.",
-    .identity = "al_status_code"};
+    .identity = "al_status_code",
+    .next_stays = true};
 
 constexpr const FindingKind* kKinds[] = {&kNotInManual, &kNotInStandard};
 

@@ -23,8 +23,8 @@ constexpr std::string_view kMessage =
 No request of the master explains that.[ The AL status code (0x0134) is {al_status_code}.][ The cause by
 [{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])";
 constexpr std::string_view kNext =
-    R"([{?caused}Correct the cause.][{!caused}[{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
-this.][{!reason}Check what happened between {before_frame} and {frame}: {advice}.]])";
+    R"([{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
+this.][{!reason}Check what happened between {before_frame} and {frame}: {advice}.])";
 
 // Of all slaves together.
 constexpr std::string_view kMessageOfBus =
@@ -32,8 +32,8 @@ constexpr std::string_view kMessageOfBus =
 {before_frame}. From {frame} to {last_read_frame} they show {al_status_of_all}. No request of the master explains
 that.)";
 constexpr std::string_view kNextOfBus =
-    R"([{?caused}Correct the cause.][{!caused}Read AL Status (0x0130) and its code (0x0134) from [{?one}the
-slave][{!one}each slave]. Check what happened between {before_frame} and {frame}.])";
+    R"(Read AL Status (0x0130) and its code (0x0134) from [{?one}the
+slave][{!one}each slave]. Check what happened between {before_frame} and {frame}.)";
 
 constexpr FindingKind kDropped{
     .name = "dropped",
@@ -58,8 +58,8 @@ constexpr FindingKind kAllDropped{
         R"(All {slaves} are in {al_status_before} in {before_frame}. From {frame} on a broadcast read of AL Status
 shows all of them in {dropped_to}, and the error bit of at least one. No request of the master explains the change.)",
     .next =
-        R"([{?caused}Correct the cause.][{!caused}Read AL Status (0x0130) and its code (0x0134) from each slave. Check
-what happened between {before_frame} and {frame}.])",
+        R"(Read AL Status (0x0130) and its code (0x0134) from each slave. Check what happened between {before_frame} and
+{frame}.)",
     .identity = "al_status_before dropped_to"};
 
 constexpr FindingKind kDroppedOnBus{
@@ -239,11 +239,11 @@ class AlUnexpectedChange final : public Rule {
   }
   void On(const model::AlErrorCleared& e) {
     Settle();
-    Close(e.slave);
+    Close(e.slave, e.frame.number);
   }
   void On(const model::AlAnswered& e) {
     Settle();
-    Close(e.slave);
+    Close(e.slave, e.frame.number);
   }
 
   void Finish() override {
@@ -302,13 +302,18 @@ class AlUnexpectedChange final : public Rule {
     finding.Add(kSlaveNotKnown, std::move(arguments));
   }
   [[nodiscard]] FindingIndex OpenOf(SlaveId slave) const { return slave < open_.size() ? open_[slave] : kNoFinding; }
-  void Close(SlaveId slave) {
-    if (slave < open_.size()) open_[slave] = kNoFinding;
+  /// The slave does not stay where it dropped to.
+  void Close(SlaveId slave, FrameNo until) {
+    if (const FindingIndex index = OpenOf(slave); index != kNoFinding) {
+      context().store[index].until = until;
+      open_[slave] = kNoFinding;
+    }
+    if (all_ != kNoFinding) context().store[std::exchange(all_, kNoFinding)].until = until;
   }
 
   void ReportChange(const model::AlChangedByItself& e) {
     if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
-    open_[e.slave] = kNoFinding;
+    Close(e.slave, e.frame.number);
     if (MissesPackets(context().pairing())) {
       NotEvaluable(e.slave, ReasonCode::kMissesPackets, e.frame.number);
       return;
@@ -341,6 +346,7 @@ class AlUnexpectedChange final : public Rule {
       AddRelated(context().store[index], e.frame.number);
     }
     open_[e.slave] = index;
+    context().store[index].until = Finding::kCaptureEnds;
     if (e.code && e.status.bit4()) AddCode(index, e.frame, *e.code);
   }
 
@@ -361,15 +367,20 @@ class AlUnexpectedChange final : public Rule {
     const model::AlChangedByItself e = pending_.front();
     pending_.clear();
     const std::uint64_t key = kOfAll | static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
-    if (Repeat(kNoSlave, key, e.frame) != kNoFinding) return;
+    all_ = Repeat(kNoSlave, key, e.frame);
+    if (all_ != kNoFinding) {
+      context().store[all_].until = Finding::kCaptureEnds;
+      return;
+    }
     Finding finding = Found(kAllDropped, kNoSlave, e.frame);
+    finding.until = Finding::kCaptureEnds;
     AddRelated(finding, e.before_since);
     finding.Set("al_status_before", arg::Status(e.before.raw))
         .Set("al_status_of_all", arg::StatusOfAll(e.status.raw | kErrorBit))
         .Set("dropped_to", arg::Status(e.status.raw))
         .Set("before_frame", arg::Frame(e.before_since))
         .Set("slaves", arg::Count(context().slave_count(), "slave"));
-    (void)Report(key, std::move(finding));
+    all_ = Report(key, std::move(finding));
   }
 
   void AddCode(FindingIndex index, const FrameRef& frame, std::uint16_t code) {
@@ -440,6 +451,7 @@ class AlUnexpectedChange final : public Rule {
 
   std::vector<model::AlChangedByItself> pending_;  // shown by one broadcast read: one finding of all, or one of each
   std::vector<FindingIndex> open_;                 // of each slave: whose repetitions and code are awaited
+  FindingIndex all_ = kNoFinding;                  // all slaves dropped, and none has left that state
   std::map<FindingIndex, Reported> reported_;
 };
 

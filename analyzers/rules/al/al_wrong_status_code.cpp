@@ -18,7 +18,8 @@ constexpr FindingKind kNotDocumented{
     .message = R"(In {frame} the slave gives AL status code {al_status_code} for {transition}. [{!manual}The EtherCAT
 standard][The manual ({manual})] gives this code only for {documented}.)",
     .next = "Rely on the request in the capture more than on this code.",
-    .identity = "al_status_code transition"};
+    .identity = "al_status_code transition",
+    .next_stays = true};
 
 constexpr const FindingKind* kKinds[] = {&kNotDocumented};
 

@@ -39,7 +39,8 @@ constexpr FindingKind kReturned{
     .title = "Slaves on the bus: {slaves_now:number} instead of {slaves_before:number}",
     .message = R"({frame} passed {slaves_now}, frames before it {slaves_before}.[ The returning
 {new_slaves?slave|slaves} may have power-cycled.])",
-    .next = "[{!started_up_frame}Check the AL state of the returning {new_slaves?slave|slaves}.]"};
+    .next = "[{!started_up_frame}Check the AL state of the returning {new_slaves?slave|slaves}.]",
+    .next_stays = true};
 constexpr const FindingKind* kKinds[] = {&kFewer, &kMore, &kReturned};
 
 constexpr NoteKind kStartedUp{
@@ -179,14 +180,19 @@ class BusSlaveCountChanged final : public Rule {
 
   FindingIndex ReportChange(const track::SlaveCount& e) {
     const std::uint64_t key = static_cast<std::uint64_t>(e.previous) << 16U | e.count;
+    const bool fewer = e.count < e.previous;
+    if (!fewer && drop_ != kNoFinding && context().store[drop_].until == Finding::kCaptureEnds) {
+      context().store[drop_].until = e.frame.number;
+    }
     if (FindingIndex index = Repeat(kNoSlave, key, e.frame); index != kNoFinding) {
       AddRelated(context().store[index], e.frame.number);
+      if (fewer) context().store[index].until = Finding::kCaptureEnds;
       return index;
     }
-    const bool fewer = e.count < e.previous;
     Finding finding = Found(fewer ? kFewer : drop_ != kNoFinding ? kReturned : kMore, kNoSlave, e.frame);
     finding.Set("slaves_before", arg::Count(e.previous, "slave")).Set("slaves_now", arg::Count(e.count, "slave"));
     if (fewer) {
+      finding.until = Finding::kCaptureEnds;
       AddMissing(finding, e);
     } else {
       finding.Set("new_slaves", arg::Number(e.count - e.previous));

@@ -35,8 +35,9 @@ constexpr FindingKind kNotLoaded{
     .message =
         R"(The EEPROM status (0x0502) shows in {frame}: {errors}.[{?not_operational} DL Status (0x0110) bit 0 is 0, too.]
 Without the EEPROM the slave controller has no configuration and no interface to its processor.)",
-    .next = R"([{?caused}Correct the cause.][{!caused}Read words 0 to 7 of the EEPROM and check the checksum in word 7.
-Write the EEPROM image of the device, then switch the slave off and on.])"};
+    .next =
+        R"(Read words 0 to 7 of the EEPROM and check the checksum in word 7. Write the EEPROM image of the device, then
+switch the slave off and on.)"};
 
 constexpr FindingKind kChecksum{
     .name = "checksum-wrong",

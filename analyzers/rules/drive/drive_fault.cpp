@@ -22,8 +22,10 @@ constexpr FindingKind kFault{
 {fault_frame}].[{!fault} The capture does not hold the reason of the drive: no emergency message[, and no read of
 {fault_objects}].])",
     .next =
-        "[{!fault}Read {fault_object} from the drive.] Correct the cause, then reset the fault (rising edge of bit 7).",
-    .identity = "state fault_code"};
+        "[{!fault}Read {fault_object} from the drive.] Reset the fault (rising edge of bit 7) after its cause is "
+        "corrected.",
+    .identity = "state fault_code",
+    .next_stays = true};
 constexpr FindingKind kAlreadyInFault{
     .name = "already-in-fault",
     .title = "Drive already in {state} when first seen[: {fault}]",
@@ -32,8 +34,10 @@ constexpr FindingKind kAlreadyInFault{
 not hold how it began.[ The drive leaves it in {left_frame}.][{!left_frame} It lasts until the capture ends.][{!fault} The
 capture does not hold the reason of the drive: no emergency message[, and no read of {fault_objects}].])",
     .next =
-        "[{!fault}Read {fault_object} from the drive.] Correct the cause, then reset the fault (rising edge of bit 7).",
-    .identity = "state fault_code"};
+        "[{!fault}Read {fault_object} from the drive.] Reset the fault (rising edge of bit 7) after its cause is "
+        "corrected.",
+    .identity = "state fault_code",
+    .next_stays = true};
 constexpr const FindingKind* kKinds[] = {&kFault, &kAlreadyInFault};
 
 constexpr NoteKind kReported{.name = "reported", .text = "The drive reports {fault} ({at})."};
@@ -151,7 +155,10 @@ class DriveFault final : public Rule {
     }
     if (open.stands) key |= 1ULL << 63U;
     key |= AxisKey(e.axis);
-    if (Repeat(slave, key, e.frame) != kNoFinding) return;
+    if (const FindingIndex again = Repeat(slave, key, e.frame); again != kNoFinding) {
+      context().store[again].until = left != 0 ? left : Finding::kCaptureEnds;
+      return;
+    }
     const device::DeviceDescription& family = *context().slave(slave).profile;
     Finding finding = Found(open.stands ? kAlreadyInFault : kFault, slave, e.frame);
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
@@ -159,6 +166,7 @@ class DriveFault final : public Rule {
     DescribeReasons(finding, open, family);
     finding.reference = ReferenceTo(family.drive->source);
     NameAxis(finding, e.axis);
+    finding.until = left != 0 ? left : Finding::kCaptureEnds;
     const FindingIndex index = Report(key, std::move(finding));
     if (index == kNoFinding) return;
     for (const model::DriveFaultExplained& reason : open.explanations) {

@@ -26,8 +26,9 @@ constexpr FindingKind kResetStands{
         R"(Bit 7 of the control word ({control_word}) is 1 from {frame} on, for {lasted_ms}. Since then the drive shows {state}
 (status word {status_word}, {shown_frame}).[ The drive reports {reason}.] A fault is reset by the rising edge of
 bit 7, from 0 to 1.)",
-    .next = "Send bit 7 as 0 for some cycles, then as 1. Correct the cause of the fault before.",
-    .identity = ""};
+    .next = "After the cause of the fault is corrected, send bit 7 as 0 for some cycles, then as 1.",
+    .identity = "",
+    .next_stays = true};
 
 constexpr FindingKind kResetMissing{
     .name = "reset-missing",
@@ -36,8 +37,9 @@ constexpr FindingKind kResetMissing{
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}, while the drive shows {state}
 (status word {status_word}, {shown_frame}).[ The drive reports {reason}.] Bit 7 of the control word stays 0. A
 drive leaves Fault only by the rising edge of bit 7.)",
-    .next = "Correct the cause of the fault, reset it by the rising edge of bit 7, then enable the drive.",
-    .identity = ""};
+    .next = "Reset the fault by the rising edge of bit 7 after its cause is corrected, then enable the drive.",
+    .identity = "",
+    .next_stays = true};
 
 constexpr FindingKind kFaultStays{
     .name = "fault-stays",

@@ -20,8 +20,7 @@ constexpr FindingKind kEmergency{
         R"(The slave reports emergency error code {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})].
 The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of
 this family lists no codes: the meaning is that of a related family ({source}).][{!meaning} No table has this code.])",
-    .next =
-        R"([{?caused}Correct the cause.][{!caused}Find the code in the manual of the drive, and remove the cause.])",
+    .next = "Find the code in the manual of the drive, and remove the cause.",
     .identity = "error_code"};
 
 constexpr FindingKind kErrorFree{

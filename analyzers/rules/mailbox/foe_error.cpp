@@ -21,7 +21,7 @@ constexpr FindingKind kFailed{
 capture] with error {error_code}[ and the text "{error_text}"].[{?undefined} The standard does not define this code.]
 {bytes} {bytes?was|were} transferred in {packets}.[ The transfer includes {busy}.][ {packet_errors}
 {packet_errors?is|are} out of order, first in {packet_error_frame}.])",
-    .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
+    .next = "{advice}.",
     .identity = "service file_name error_code"};
 
 constexpr FindingKind kUnfinished{
@@ -31,9 +31,7 @@ constexpr FindingKind kUnfinished{
 finished {ended}. {bytes} {bytes?was|were} transferred in {packets}, up to {frame}.[ Nothing of it follows for
 {silent_ms}.][ The transfer includes {busy}.][ {packet_errors} {packet_errors?is|are} out of order, first in
 {packet_error_frame}.])",
-    .next =
-        R"([{?caused}Correct the cause.][{!caused}Finish the transfer, or end it with an error message, before the next
-request.])",
+    .next = "Finish the transfer, or end it with an error message, before the next request.",
     .identity = "service file_name ended"};
 
 constexpr const FindingKind* kKinds[] = {&kFailed, &kUnfinished};

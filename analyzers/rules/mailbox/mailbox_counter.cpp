@@ -19,9 +19,7 @@ constexpr FindingKind kRepeated{
 {before_frame}, has counter {before} too, so {expected} has to follow.[{?from_master} A slave treats a request with the
 counter of the last one as a repetition and drops it.][{!from_master} A master may treat the message as a repetition and
 drop it.])",
-    .next =
-        R"([{?caused}Correct the cause.][{!caused}Correct the [{?from_master}master][{!from_master}slave]: each new
-message needs the next counter.])",
+    .next = R"(Correct the [{?from_master}master][{!from_master}slave]: each new message needs the next counter.)",
     .identity = "direction"};
 
 constexpr FindingKind kSkipped{
@@ -31,8 +29,7 @@ constexpr FindingKind kSkipped{
 {before_frame}, has counter {before}, so {expected} has to follow. [{?from_master}A message was lost, or the master
 counts wrong.][{!from_master}A message of the slave was lost, or the slave counts wrong. Some slaves count emergencies
 separately.])",
-    .next = R"([{?caused}Correct the cause.][{!caused}Check for lost messages, then the counter of the
-[{?from_master}master][{!from_master}slave].])",
+    .next = R"(Check for lost messages, then the counter of the [{?from_master}master][{!from_master}slave].)",
     .identity = "direction"};
 
 constexpr const FindingKind* kKinds[] = {&kRepeated, &kSkipped};

@@ -18,7 +18,7 @@ constexpr FindingKind kErrorReply{.name = "error-reply",
 request] in {request_frame}][{!request_frame}a message that is not in the capture] with mailbox error
 {detail}.[{?undefined} The standard does not define this code.] The request had no effect.[ The reply has type {type},
 the standard has 0x0001.])",
-                                  .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
+                                  .next = "{advice}.",
                                   .identity = "detail protocol object"};
 
 constexpr NoteKind kTransferOpen{

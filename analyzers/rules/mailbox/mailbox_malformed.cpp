@@ -14,10 +14,12 @@ constexpr FindingKind kMalformed{
     .title = "Malformed mailbox message {direction}: {problem}",
     .message =
         R"(The {protocol} message {direction} in {frame} is malformed: {explanation}. Its header has length {length},
-type {type} and counter {counter}.[ The mailbox has {mailbox_length}, 6 of them for the header.] [{?from_master}[{?incomplete}The
-slave does not receive it.][{!incomplete}The slave can only drop the message or answer with a mailbox error.]][{!from_master}The master cannot use the message.])",
-    .next = R"([{?caused}Correct the cause.][{!caused}[{?from_master}Correct the code of the master that builds the
-message.][{!from_master}Report this frame to the vendor of the slave: its mailbox code is wrong.]])",
+type {type} and counter {counter}.[ The mailbox has {mailbox_length}, 6 of them for the header.] [{?from_master}
+[{?incomplete}The slave does not receive it.][{!incomplete}The slave can only drop the message or answer with a mailbox
+error.]][{!from_master}The master cannot use the message.])",
+    .next =
+        R"([{?from_master}Correct the code of the master that builds the message.][{!from_master}Report this frame to the
+vendor of the slave: its mailbox code is wrong.])",
     .identity = "problem direction protocol"};
 
 constexpr FindingKind kInfoTooShort{
@@ -27,8 +29,7 @@ constexpr FindingKind kInfoTooShort{
         R"(The SDO information response in {frame} ends before its fixed fields: the length in the mailbox header is too
 small.[ Abort code {abort_code} follows the end of the message: the slave counts its error response too short.] A master
 that checks the length does not get the reason.)",
-    .next = R"([{?caused}Correct the cause.][{!caused}Report this frame to the vendor of the slave: its mailbox code is
-wrong.])"};
+    .next = "Report this frame to the vendor of the slave: its mailbox code is wrong."};
 
 constexpr const FindingKind* kKinds[] = {&kMalformed, &kInfoTooShort};
 

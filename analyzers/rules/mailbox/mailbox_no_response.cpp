@@ -22,7 +22,7 @@ constexpr FindingKind kNoResponse{
     .message = R"(The master wrote the [SDO request for {object}][{!object}{protocol} request] in {frame}. [It found no
 response in {polls} over {waited_ms}, the last in {last_poll_frame}.][{!last_poll_frame}It got no response within
 {waited_ms}.][ Then it sent the next request in {next_request_frame}.][ Then the mailbox was reset in {reset_frame}.])",
-    .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
+    .next = "{advice}.",
     .identity = "protocol object"};
 
 constexpr FindingKind kTooEarly{
@@ -37,9 +37,7 @@ reached {requested} yet.][{!unread}AL Status did not show {requested} yet.] In I
 {requested}. [The master found no response in {polls} over {waited_ms}, the last in {last_poll_frame}.][{!last_poll_frame}The
 master got no response within {waited_ms}.][ Then it sent the next request in {next_request_frame}.][ Then the mailbox was
 reset in {reset_frame}.])",
-    .next =
-        R"([{?caused}Correct the cause.][{!caused}Wait until AL Status (0x0130) shows {requested} before the first
-mailbox request.])",
+    .next = "Wait until AL Status (0x0130) shows {requested} before the first mailbox request.",
     .identity = "protocol object"};
 
 constexpr FindingKind kStuck{
@@ -49,9 +47,7 @@ constexpr FindingKind kStuck{
 {looks} from {first_poll_frame} to {last_poll_frame}]. The slave sent no message. [Nothing was written to the mailbox
 from {gap_frame} on. Earlier writes are not in the capture.][{!gap_frame}The capture does not show what was written to
 the mailbox.] The processor of the slave does not run, or does not serve the mailbox.)",
-    .next =
-        R"([{?caused}Correct the cause.][{!caused}Check whether the processor of the slave runs, and whether it serves
-its mailbox in this AL state.])"};
+    .next = R"(Check whether the processor of the slave runs, and whether it serves its mailbox in this AL state.)"};
 
 // What happened to the request.
 constexpr NoteKind kStillFull{

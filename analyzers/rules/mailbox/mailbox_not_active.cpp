@@ -14,8 +14,7 @@ constexpr FindingKind kInInit{
     .title = "Mailbox written while the slave is in INIT, PREOP required",
     .message = R"(The master writes a mailbox message ({protocol}) in {frame}. The slave is in INIT, where it serves no
 mailbox.)",
-    .next =
-        R"([{?caused}Correct the cause.][{!caused}Request PREOP first, and wait until AL Status (0x0130) shows it.])"};
+    .next = "Request PREOP first, and wait until AL Status (0x0130) shows it."};
 
 constexpr FindingKind kSwitchedOff{
     .name = "switched-off",
@@ -23,9 +22,7 @@ constexpr FindingKind kSwitchedOff{
     .message =
         R"(The master writes a mailbox message ({protocol}) in {frame}. Sync manager 0 is switched off, so the slave
 cannot receive the message.)",
-    .next =
-        R"([{?caused}Correct the cause.][{!caused}Set up sync manager 0, request PREOP, and wait until AL Status
-(0x0130) shows it.])"};
+    .next = "Set up sync manager 0, request PREOP, and wait until AL Status (0x0130) shows it."};
 
 constexpr NoteKind kRefusedBefore{.name = "refused-before",
                                   .text = "The slave refused to leave INIT before, last in {refused_frame}."};

@@ -19,9 +19,7 @@ constexpr FindingKind kRefused{
     .title = "{protocol} message refused: the out mailbox (SM0) is still full",
     .message = R"(The {protocol} message in {frame} returned with working counter {working_counter}. The [{?sdo}SDO
 request for ]{outstanding}[{?request} request][{?message} message] of {full_since} is still in the mailbox.)",
-    .next =
-        R"([{?caused}Correct the cause.][{!caused}Before the next message, wait for the response, or until 0x0805 shows
-an empty mailbox.])",
+    .next = R"(Before the next message, wait for the response, or until 0x0805 shows an empty mailbox.)",
     .identity = "protocol"};
 
 constexpr NoteKind kRepeatsLost{

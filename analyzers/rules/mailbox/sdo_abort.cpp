@@ -31,7 +31,7 @@ not in the capture][ (request in {request_frame})]. The abort code is {abort_cod
 define this code.][ 4 bytes later the message has {displaced_abort_code}. The slave put its code in the wrong
 place.][ The master wrote {size}[ ({value}[{?value_cut}...])].][ This maps {mapped}, {mapped_bits}.][ This assigns
 {assigned}.])",
-    .next = "[{?caused}Correct the cause.][{!caused}{advice}.]",
+    .next = "{advice}.",
     .identity = "service object abort_code"};
 
 constexpr FindingKind kAbortedByMaster{
@@ -42,7 +42,7 @@ constexpr FindingKind kAbortedByMaster{
 is not in the capture][ (request in {request_frame})]. The abort code is {abort_code}.[{?undefined} The standard does
 not define this code.][ 4 bytes later the message has {displaced_abort_code}. The master put its code in the wrong
 place.][ The master wrote {size}[ ({value}[{?value_cut}...])].])",
-    .next = "[{?caused}Correct the cause.][{!caused}Check in the master why it gave up the transfer.]",
+    .next = "Check in the master why it gave up the transfer.",
     .identity = "service object abort_code"};
 
 constexpr FindingKind kNotOffered{

@@ -19,7 +19,7 @@ constexpr FindingKind kUnfinished{
         R"(The segmented {service} of [{object}[{?complete_access} (complete access)]][{!object}an object that is not in
 the capture] reached [{bytes:number} of {announced}][{!announced}{bytes}] in {last_segment_frame}. Then {ended}. The
 transfer was neither finished nor aborted.[{?open} The slave keeps it open.])",
-    .next = "[{?caused}Correct the cause.][{!caused}Finish the transfer, or abort it (0x05040000 or 0x08000000).]",
+    .next = "Finish the transfer, or abort it (0x05040000 or 0x08000000).",
     .identity = "service object"};
 
 constexpr FindingKind kOtherSize{

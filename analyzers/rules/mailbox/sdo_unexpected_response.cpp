@@ -17,8 +17,7 @@ constexpr FindingKind kNoRequest{
     .message =
         R"(The SDO response for [{object}][{!object}a segment] in {frame} (command {command}) belongs to no request: no
 SDO request is outstanding.[ It is an abort with {abort_code}.])",
-    .next = R"([{?caused}Correct the cause.][{!caused}Check that the master compares index and subindex, and its
-time-out.])",
+    .next = "Check that the master compares index and subindex, and its time-out.",
     .identity = "object"};
 
 constexpr FindingKind kWrongCommand{
@@ -28,8 +27,7 @@ constexpr FindingKind kWrongCommand{
         R"(The SDO response for [{object}][{!object}a segment] in {frame} has command {command}. This command does not
 answer the outstanding request for {expected_object}[ in {request_frame}].[ The response is an abort with
 {abort_code}.])",
-    .next = R"([{?caused}Correct the cause.][{!caused}Check that the master compares index and subindex, and its
-time-out.])",
+    .next = "Check that the master compares index and subindex, and its time-out.",
     .identity = "object expected_object"};
 
 constexpr FindingKind kWrongObject{
@@ -37,8 +35,7 @@ constexpr FindingKind kWrongObject{
     .title = "SDO response for [{object}][{!object}a segment] instead of {expected_object}",
     .message = R"(The SDO response in {frame} (command {command}) is for [{object}][{!object}a segment]. The outstanding
 request[ in {request_frame}] is for {expected_object}.[ The response is an abort with {abort_code}.])",
-    .next = R"([{?caused}Correct the cause.][{!caused}Check that the master compares index and subindex, and its
-time-out.])",
+    .next = "Check that the master compares index and subindex, and its time-out.",
     .identity = "object expected_object"};
 
 constexpr NoteKind kLate{

@@ -13,9 +13,7 @@ constexpr FindingKind kCountNotZero{
     .title = "{object} is written while {count_object} is {number_of_entries} instead of 0",
     .message = R"(The master downloads {value} to {object} in {frame}. At this time {count_object}, the number of
 entries, is {number_of_entries} ({count_frame}). Expected: {expected_number_of_entries}. {outcome}[ with {abort_code}].)",
-    .next =
-        "[{?caused}Correct the cause.][{!caused}Write 0 to {count_object}, then the entries, then their number to "
-        "{count_object}.]",
+    .next = "Write 0 to {count_object}, then the entries, then their number to {count_object}.",
     .identity = "object"};
 constexpr const FindingKind* kKinds[] = {&kCountNotZero};
 

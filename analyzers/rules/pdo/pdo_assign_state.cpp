@@ -13,7 +13,7 @@ constexpr FindingKind kOutsidePreop{
     .title = "{object:number} is written in {state} instead of PREOP",
     .message = R"(The master downloads {value} to {object} in {frame}, while the slave is in {state}. Assignment and
 mapping may be changed in PREOP only. {outcome}[ with {abort_code}].)",
-    .next = "[{?caused}Correct the cause.][{!caused}Request PREOP, then write the mapping.]",
+    .next = "Request PREOP, then write the mapping.",
     .identity = "index state"};
 constexpr const FindingKind* kKinds[] = {&kOutsidePreop};
 

@@ -30,7 +30,7 @@ constexpr FindingKind kNotExchanged{
 from logical address {logical_address} on. The slave is in OP from {frame} to {last_frame} ({op_ms}), and other process data
 are exchanged. No datagram covers any of these bytes. [{?outputs}The slave gets no set points.][{!outputs}The master gets no
 actual values of this slave.])",
-    .next = "[{?caused}Correct the cause.][{!caused}Let the cyclic frames cover the whole process image.]",
+    .next = "Let the cyclic frames cover the whole process image.",
     .identity = "direction logical_address"};
 
 constexpr FindingKind kPartExchanged{
@@ -41,7 +41,7 @@ constexpr FindingKind kPartExchanged{
 {last_address}. The {command} in {frame} covers {covered_address} to {last_covered_address}. That is {bytes:number} of
 {expected_bytes}, and no other datagram of the cycle covers the rest.[{?outputs} The sync manager passes outputs on when
 their last byte is written.])",
-    .next = "[{?caused}Correct the cause.][{!caused}Make the datagram as long as the process image.]",
+    .next = "Make the datagram as long as the process image.",
     .identity = "direction logical_address fmmu"};
 
 constexpr FindingKind kFmmuTooShort{
@@ -52,7 +52,7 @@ constexpr FindingKind kFmmuTooShort{
 has] {wanted} of {direction} in sync manager {sync_manager}. Its FMMUs, set up to {fmmu_frame}, map {mapped} of them.
 [{?outputs}The sync manager passes outputs on when their last byte is written.][{!outputs}The rest of the inputs never reaches
 the master.])",
-    .next = "[{?caused}Correct the cause.][{!caused}Give the FMMU the length of the sync manager.]",
+    .next = "Give the FMMU the length of the sync manager.",
     .identity = "direction sync_manager"};
 
 constexpr const FindingKind* kKinds[] = {&kNotExchanged, &kPartExchanged, &kFmmuTooShort};

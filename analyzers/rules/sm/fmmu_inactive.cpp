@@ -29,8 +29,7 @@ constexpr std::uint16_t kWatchdogCode = 0x001B;
 constexpr std::int64_t kLongEnoughNs = 20'000'000;
 
 constexpr std::string_view kNext =
-    R"([{?caused}Correct the cause.][{!caused}Before SAFEOP is requested, write an FMMU of type {fmmu_type} for
-{physical_start}, {length}, with activate 1.])";
+    R"(Before SAFEOP is requested, write an FMMU of type {fmmu_type} for {physical_start}, {length}, with activate 1.)";
 
 constexpr FindingKind kSwitchedOff{
     .name = "switched-off",
@@ -40,7 +39,7 @@ constexpr FindingKind kSwitchedOff{
 its {direction} (sync manager with start {physical_start}, length {length:number}, control {control}). The master does
 not access them directly either. [{?outputs}The slave gets no outputs[{!stays}[{?watchdog}, and its watchdog will end OP
 (AL status code 0x001b)]].][{!outputs}The master gets no inputs of this slave.])",
-    .next = R"([{?caused}Correct the cause.][{!caused}Do not write FMMUs in OP: find what switches this one off.])",
+    .next = R"(Do not write FMMUs in OP: find what switches this one off.)",
     .identity = "direction"};
 
 constexpr FindingKind kNotMapped{

@@ -25,7 +25,7 @@ constexpr FindingKind kChanged{
 slave is in {state} and uses it for {use} with start {start_before}, length {length_before}, control {control_before}[
 ({before_frame})]. An ESC ignores such a write while the sync manager is enabled. If the master switched it off first, the
 slave checks the values again and may leave its state.)",
-    .next = "[{?caused}Correct the cause.][{!caused}Configure the sync manager in {configure_in}.]",
+    .next = "Configure the sync manager in {configure_in}.",
     .identity = "sync_manager state"};
 
 constexpr FindingKind kSwitchedOff{
@@ -35,7 +35,7 @@ constexpr FindingKind kSwitchedOff{
         R"(The master switches sync manager {sync_manager} off in {frame}. The slave is in {state} and uses it for {use}
 with start {start_before}, length {length_before}, control {control_before}[ ({before_frame})]. [{?left_in_op}The slave stays
 in OP without these process data.][{!left_in_op}Then the slave changes its state by itself.])",
-    .next = "[{?caused}Correct the cause.][{!caused}Configure the sync manager in {configure_in}.]",
+    .next = "Configure the sync manager in {configure_in}.",
     .identity = "sync_manager state"};
 
 constexpr const FindingKind* kKinds[] = {&kChanged, &kSwitchedOff};

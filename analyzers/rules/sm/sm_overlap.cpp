@@ -27,7 +27,7 @@ constexpr FindingKind kOverlap{
 {other_sync_manager} uses {other_start} to {other_end} ([{?other_three_buffers}three buffers][{!other_three_buffers}one
 buffer] of {other_length}, set in {other_set_frame}). {shared_bytes} from {first_shared} on {shared_bytes?belongs|belong} to
 both.)",
-    .next = "[{?caused}Correct the cause.][{!caused}Move one of them or make it shorter.]",
+    .next = "Move one of them or make it shorter.",
     .identity = "sync_manager other_sync_manager first_shared"};
 
 constexpr FindingKind kOwnLayout{

@@ -156,8 +156,8 @@ TEST_P(AlTable, RefusedAsTheManualSays) {
     EXPECT_EQ(finding.confidence, Confidence::kObserved);
     EXPECT_EQ(finding.slave, 0);
     if (code != 0) {
-      EXPECT_NE(finding.rule, "al-undocumented-status-code") << report::MessageOf(finding);
-      EXPECT_NE(finding.rule, "al-wrong-status-code") << report::MessageOf(finding);
+      EXPECT_NE(finding.rule, "al-undocumented-status-code") << report::MessageOf(finding, result);
+      EXPECT_NE(finding.rule, "al-wrong-status-code") << report::MessageOf(finding, result);
     }
   }
 }

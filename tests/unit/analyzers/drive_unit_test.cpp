@@ -250,7 +250,7 @@ TEST(DriveCaptures, OnlyTheFaultOfDriveFaultIsFound) {
       const AnalysisResult result = Analyse(**source, DriveRulesOnly());
       if (name != "drive-fault.pcapng") {
         for (const Finding& finding : result.findings)
-          ADD_FAILURE() << finding.rule << ": " << report::MessageOf(finding);
+          ADD_FAILURE() << finding.rule << ": " << report::MessageOf(finding, result);
         continue;
       }
       ASSERT_EQ(result.findings.size(), 1U);

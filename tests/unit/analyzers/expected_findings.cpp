@@ -200,7 +200,7 @@ std::string TextOf(const Finding& finding, const AnalysisResult& result) {
   text += " related=";
   for (const FrameNo frame : finding.related_frames) text += std::to_string(frame) + ",";
   return text + " " + KindTextOf(finding) + "\n      " + report::TitleOf(finding) + "\n      " +
-         report::MessageOf(finding);
+         report::MessageOf(finding, result);
 }
 
 std::string KindTextOf(const Finding& finding) {

@@ -267,7 +267,7 @@ bool Matches(const Want& want, const Finding& finding, const AnalysisResult& res
   const int position = slave == nullptr ? kBus : slave->position;
   const std::string_view cause =
       finding.caused_by == kNoFinding ? std::string_view() : result.findings[finding.caused_by].rule;
-  const std::string told = report::TitleOf(finding) + "\n" + report::MessageOf(finding);
+  const std::string told = report::TitleOf(finding) + "\n" + report::MessageOf(finding, result);
   return Name(finding.severity) == want.severity && finding.rule == want.rule && position == want.slave &&
          (want.frame == 0 || finding.first.number == want.frame) && (want.count == 0 || finding.count == want.count) &&
          cause == (want.caused_by == nullptr ? "" : want.caused_by) &&

@@ -49,7 +49,7 @@ TEST(OneForMany, OnePauseIsOneFindingOfTheBus) {
   EXPECT_EQ(findings[0].slave, 3U);
   EXPECT_EQ(findings[1].slave, kNoSlave);
   EXPECT_EQ(report::TitleOf(findings[1]), "Paused for 200.5 ms (40 slaves)");
-  EXPECT_EQ(report::MessageOf(findings[1]),
+  EXPECT_EQ(report::MessageOf(findings[1], {}),
             "40 slaves are affected: s0, s1, s2, s3, s4, s5, s6, s7 and 32 more. For s0: It did.");
   EXPECT_EQ(findings[1].last.number, 178U);
   EXPECT_EQ(findings[1].affected.number, 40U);

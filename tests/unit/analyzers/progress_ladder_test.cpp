@@ -19,14 +19,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-AnalysisResult AnalyseRule(const std::string& trace_of) {
+AnalysisResult AnalyseRule(const std::string& trace_of, AnalysisOptions options = {}) {
   const fs::path path = fs::path(test::SourceDir()) / "tests" / "rules" / (trace_of + ".trace");
   const auto trace = test::Trace::Load(path.string());
   if (!trace) {
     ADD_FAILURE() << trace.error().message;
     return {};
   }
-  AnalysisOptions options;
   options.default_profile = "generic";
   return Analyse(*trace->Source(), options);
 }
@@ -273,6 +272,20 @@ TEST(ProgressLadder, FindingThatHoldsSaysSo) {
   ASSERT_NE(found, result.findings.end());
   EXPECT_EQ(found->holds, "enabled");
   for (const Finding& finding : AnalyseRule("drive-not-enabled/complies").findings) EXPECT_EQ(finding.holds, "");
+}
+
+TEST(ProgressLadder, OnlyALowerSeverityDecidesAlone) {
+  const auto holds = [](Severity chosen) {
+    AnalysisOptions options;
+    options.rules["drive-not-enabled"].severity = chosen;
+    const AnalysisResult result = AnalyseRule("drive-not-enabled/violates", options);
+    const auto found = std::find_if(result.findings.begin(), result.findings.end(),
+                                    [](const Finding& finding) { return finding.rule == "drive-not-enabled"; });
+    return found != result.findings.end() ? std::string(found->holds) : "not found";
+  };
+  EXPECT_EQ(holds(Severity::kWarning), "enabled") << "that is the rule's own";
+  EXPECT_EQ(holds(Severity::kError), "enabled");
+  EXPECT_EQ(holds(Severity::kInfo), "");
 }
 
 TEST(ProgressLadder, RefusedStateIsHeldByItsRefusal) {

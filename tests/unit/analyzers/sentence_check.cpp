@@ -51,7 +51,7 @@ std::vector<std::string> ProblemsOfSentences(const Finding& finding) {
   Finding skeleton = finding;
   skeleton.arguments = Shortened(finding.arguments);
   for (Note& note : skeleton.notes) note.arguments = Shortened(note.arguments);
-  const report::Sentences sentences = report::SentencesOf(skeleton);
+  const report::Sentences sentences = report::SentencesOf(skeleton, {});
   const std::string where = std::string(finding.rule) + " " + std::string(finding.kind->name) + ": ";
   std::vector<std::string> problems;
   if (sentences.title.size() > kTitleLength + (finding.axis == 0 ? 0 : kAxis.size())) {

@@ -42,6 +42,13 @@ TEST(Text, CountsAreGroupedAndPlural) {
   EXPECT_EQ(Count(1234567, "frame"), "1,234,567 frames");
 }
 
+TEST(Text, AVerbAgreesWithItsPart) {
+  EXPECT_EQ(PartWas(1, 4, "frame"), "1 of 4 frames was");
+  EXPECT_EQ(PartWas(3, 1234, "frame"), "3 of 1,234 frames were");
+  EXPECT_EQ(PartWas(0, 4, "frame"), "0 of 4 frames were");
+  EXPECT_EQ(PartWas(0, 1, "frame"), "0 of 1 frame was");
+}
+
 TEST(Text, ControlSequencesNeverReachTheTerminal) {
   EXPECT_EQ(Printable("EL2004"), "EL2004");
   EXPECT_EQ(Printable("a\x1b[31mb\n"), "a\\x1b[31mb\\x0a");

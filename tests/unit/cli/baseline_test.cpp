@@ -181,7 +181,55 @@ TEST(Baseline, EntriesThatMatchNothingAreReported) {
   EXPECT_TRUE(unmatched(repaired).empty()) << "the finding may lie outside";
   report::CaptureReport other = OnAnotherDevice();
   other.result.capture.file.path = "mill.pcapng";
-  EXPECT_EQ(unmatched(other), std::vector<std::string>{"all entries are for other devices or captures"});
+  const std::vector<std::string> wrong_file{"all entries are for other devices or captures"};
+  EXPECT_EQ(unmatched(other), wrong_file);
+  other.selection.slaves = {"0"};
+  EXPECT_EQ(unmatched(other), wrong_file) << "whichever part is shown";
+  other.selection.slaves = {"1"};
+  EXPECT_TRUE(unmatched(other).empty()) << "the device of slave 0 is not shown";
+}
+
+TEST(Baseline, AnUnreadCaptureDoesNotHideWhatOthersShow) {
+  const Baseline baseline = Reread(WriteBaseline(OneReport(RefusedSafeop())));
+  report::CaptureReport repaired = RefusedSafeop();
+  repaired.result.findings.clear();
+  report::CaptureDigest whole = DigestOf(repaired);
+  report::CaptureDigest unread;
+  unread.path = "mill.pcapng";
+  unread.unreadable = "no such file";
+  EXPECT_EQ(UnmatchedEntries(baseline, std::array<const report::CaptureDigest*, 2>{&whole, &unread}).size(), 1U);
+  unread.path = "other/" + whole.path;
+  EXPECT_TRUE(UnmatchedEntries(baseline, std::array<const report::CaptureDigest*, 2>{&whole, &unread}).empty())
+      << "it may hold the finding";
+}
+
+TEST(Baseline, EntriesOfRulesThatDidNotRunStay) {
+  const std::string written = WriteBaseline(OneReport(RefusedSafeop()));
+  const Baseline known = Reread(written);
+  report::CaptureReport later = RefusedSafeop();
+  later.result.findings.clear();
+  const auto unmatched = [&] {
+    const report::CaptureDigest digest = DigestOf(later);
+    return UnmatchedEntries(known, std::array{&digest}).size();
+  };
+  const auto rewritten = [&] { return Reread(WriteBaseline(OneReport(later), known)).size(); };
+  EXPECT_EQ(unmatched(), 1U) << "it is repaired";
+  EXPECT_EQ(rewritten(), 0U);
+  later.rules = {{"al-refused", "warning"}};
+  EXPECT_EQ(rewritten(), 0U);
+  later.rules = {{"al-refused", "off"}};
+  EXPECT_EQ(unmatched(), 0U);
+  EXPECT_EQ(WriteBaseline(OneReport(later), known), written);
+  EXPECT_EQ(WriteBaseline(DigestOf(OneReport(later)), known), written);
+  // startup evaluates its own rules only.
+  later.rules.clear();
+  later.result.coverage = {{"startup-order", "Start-up", {{7, Coverage::kJudged, {}}}}};
+  EXPECT_EQ(unmatched(), 0U);
+  EXPECT_EQ(WriteBaseline(OneReport(later), known), written);
+  later.result.coverage.push_back({"al-refused", "AL state machine", {{7, Coverage::kNotApplicable, {}}}});
+  EXPECT_EQ(rewritten(), 0U);
+  later.result.coverage.back().slaves[0].why = NotApplicable::kNoExpectation;
+  EXPECT_EQ(rewritten(), known.size());
 }
 
 TEST(Baseline, AnEntryThatNamesNoRuleIsReported) {

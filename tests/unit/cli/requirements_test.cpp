@@ -16,13 +16,21 @@ AnalysisResult TwoInOp() {
   result.capture.direction = DirectionSeen::kBoth;
   result.slaves = {MakeSlave(4, 0, 0x1001, "A"), MakeSlave(5, 1, 0x1002, "B")};
   for (SlaveSummary& slave : result.slaves) slave.al_status = 0x08;
+  result.coverage = {{"a", "c", {{4, Coverage::kJudged, {}}, {5, Coverage::kJudged, {}}}}};
   return result;
 }
 
-std::vector<std::string> Missing(std::string_view text, const AnalysisResult& result) {
+std::vector<std::string> Missing(std::string_view text, const AnalysisResult& result, bool part = false) {
   const Result<Requirements> required = ParseRequirements(text);
   EXPECT_TRUE(required) << text;
-  return required ? MissingOf(*required, result, result.slaves.size()) : std::vector<std::string>{"not read"};
+  return required ? MissingOf(*required, result, result.slaves.size(), part) : std::vector<std::string>{"not read"};
+}
+
+Rung RungOf(const Word& word, RungStatus status) {
+  Rung rung;
+  rung.rung = &word;
+  rung.status = status;
+  return rung;
 }
 
 using Texts = std::vector<std::string>;
@@ -130,12 +138,57 @@ TEST(Requirements, JudgedMeansMostOfWhatApplies) {
   AnalysisResult result = TwoInOp();
   result.coverage = {{"a", "c", {{4, Coverage::kJudged, {}}, {5, Coverage::kNotJudged, {}}}},
                      {"b", "c", {{4, Coverage::kPartly, {}}, {5, Coverage::kNotApplicable, {}}}}};
-  EXPECT_EQ(Missing("judged", result), Texts{"judged=50%: 1 of 3 evaluations were possible (33%)"});
+  EXPECT_EQ(Missing("judged", result), Texts{"judged=50%: 1 of 3 evaluations was possible (33%)"});
   EXPECT_EQ(Missing("judged=33%", result), Texts{});
-  EXPECT_EQ(Missing("judged=34%", result), Texts{"judged=34%: 1 of 3 evaluations were possible (33%)"});
+  EXPECT_EQ(Missing("judged=34%", result), Texts{"judged=34%: 1 of 3 evaluations was possible (33%)"});
   result.coverage[0].slaves[1].coverage = Coverage::kJudged;
   EXPECT_EQ(Missing("judged", result), Texts{});
   EXPECT_EQ(Missing("judged=90%", result).size(), 1U);
+}
+
+TEST(Requirements, NothingEvaluatedIsNotJudged) {
+  AnalysisResult result = TwoInOp();
+  result.coverage.clear();
+  EXPECT_EQ(Missing("judged", result), Texts{"judged: no evaluation applies to the capture"});
+  // All that would apply is switched off.
+  result.coverage = {
+      {"a", "c", {{4, Coverage::kNotApplicable, NotApplicable::kSwitchedOff}, {5, Coverage::kNotApplicable, {}}}}};
+  EXPECT_EQ(Missing("judged=1%", result), Texts{"judged=1%: 0 of 1 evaluation was possible (0%; 1 is switched off)"});
+}
+
+TEST(Requirements, SlavesThatOnlyBroadcastsShowMayHaveAxesAndSync0) {
+  static constexpr Word kEnabled{"enabled", "enabled"};
+  static constexpr Word kSync{"sync", "in sync"};
+  AnalysisResult result = TwoInOp();
+  result.slaves[0].progress.rungs = {RungOf(kSync, RungStatus::kReached)};
+  result.slaves[1].progress.rungs = {RungOf(kSync, RungStatus::kNotAsked)};
+  result.slaves[0].axes = {{0, {{RungOf(kEnabled, RungStatus::kReached)}}}};
+  EXPECT_EQ(Missing("axis=enabled,sync=ok", result), Texts{});
+  result.bus.slave_count = 3;
+  EXPECT_EQ(Missing("axis=enabled,sync=ok", result),
+            (Texts{"axis=enabled: the axes of 1 further slave are not in the capture",
+                   "sync=ok: the synchronisation of 1 further slave is not in the capture"}));
+  EXPECT_EQ(Missing("axis=enabled,sync=ok", result, true), Texts{}) << "--slave selects others";
+}
+
+TEST(Requirements, SelectedSlavesDoNotAnswerForTheRest) {
+  AnalysisResult result = TwoInOp();
+  result.bus.slave_count = 3;
+  result.bus.al = BusAlSummary{};
+  result.bus.al->status = 0x0C;
+  EXPECT_EQ(Missing("state=OP", result).size(), 2U);
+  EXPECT_EQ(Missing("state=OP,reached=OP", result, true), Texts{});
+  EXPECT_EQ(Missing("slaves=2", result, true).size(), 1U) << "the bus";
+}
+
+TEST(Requirements, TheStatusOfARungComesFirst) {
+  static constexpr Word kEnabled{"enabled", "enabled"};
+  static constexpr Word kWhy{"in-fault", "the drive is in Fault"};
+  AnalysisResult result = TwoInOp();
+  Rung rung = RungOf(kEnabled, RungStatus::kNotReached);
+  rung.why = &kWhy;
+  result.slaves[0].axes = {{0, {{rung}}}};
+  EXPECT_EQ(Missing("axis=enabled", result), Texts{"axis=enabled: slave 0: not-reached (the drive is in Fault)"});
 }
 
 TEST(Requirements, UnjudgedSlavesAreNamed) {

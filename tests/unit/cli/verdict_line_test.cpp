@@ -137,6 +137,50 @@ TEST(VerdictLine, AReservationIsNeverCut) {
   EXPECT_THAT(Line(capture), Not(HasSubstr("but only")));
 }
 
+TEST(VerdictLine, WhatLiesOutsideAWindowIsNeverCut) {
+  CaptureReport capture = RefusedSafeop();
+  const Finding warning = MakeFinding("any", Severity::kWarning, 7, 760);
+  capture.selection.from_frame = 250;
+  capture.selection.to_frame = 260;
+  capture.selection.outside = {1, 0, 0};
+  capture.result.findings.clear();
+  capture.result.capture.file.path = "akd.pcapng";
+  EXPECT_EQ(Line(capture),
+            "PASS akd.pcapng: no findings in the range (outside it: 1 error) (limited by --from #250 "
+            "--to #260)");
+  for (const std::vector<Finding>& findings : {std::vector<Finding>{}, {warning}}) {
+    capture.result.findings = findings;
+    const std::string outside = findings.empty() ? " (outside it: 1 error)" : " (outside the range: 1 error)";
+    capture.result.not_evaluable.clear();
+    for (const std::size_t length : {std::size_t{10}, std::size_t{80}}) {
+      capture.result.capture.file.path = std::string(length, 'n') + ".pcapng";
+      EXPECT_THAT(Line(capture), HasSubstr(outside));
+      EXPECT_LE(Columns(Line(capture)), kVerdictColumns);
+    }
+    capture.result.not_evaluable.push_back({"r", kNoSlave, Reason::Of(ReasonCode::kMissesPackets), 0, 1});
+    EXPECT_THAT(Line(capture), HasSubstr(outside + ", but the capture misses packets"));
+    EXPECT_LE(Columns(Line(capture)), kVerdictColumns);
+    EXPECT_THAT(VerdictNotes(DigestOf(capture)),
+                testing::Contains("limited by --from #250 --to #260; outside it: 1 error"));
+  }
+  // Packets outside were not evaluated: nothing is known of them.
+  capture.result.findings.clear();
+  capture.result.not_evaluable.clear();
+  capture.selection.outside = {};
+  capture.selection.isolated_by = "--isolate";
+  capture.result.capture.file.path = "akd.pcapng";
+  EXPECT_THAT(Line(capture), HasSubstr("EtherCAT frame"));
+}
+
+TEST(VerdictLine, ANarrowTerminalHasAShorterLine) {
+  TextStyle style;
+  style.verdict_width = 60;
+  EXPECT_EQ(Line(RefusedSafeop(), style), "FAIL slave 0: SAFEOP refused with AL status code 0x001d");
+  style.verdict_width = 50;
+  EXPECT_LE(Columns(Line(RefusedSafeop(), style)), 50U);
+  EXPECT_THAT(Line(RefusedSafeop(), style), EndsWith(" (#760)"));
+}
+
 TEST(VerdictLine, NotesSayWhatTheLineHasNoRoomFor) {
   CaptureReport capture = RefusedSafeop();
   capture.unmet = {"slaves=2: the capture shows 1 slave", "state=OP: slave 0 is in PREOP at the end"};
