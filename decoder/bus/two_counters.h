@@ -54,7 +54,7 @@ class TwoCounters {
  private:
   /// From this number of frames on a row is no chance.
   static constexpr std::uint64_t kProven = 4;
-  /// So many frames without answer are no single refusals.
+  /// This number of frames without answer are no single refusals.
   static constexpr std::uint64_t kManyUnanswered = 8;
 
   [[nodiscard]] bool BothAnswered() const { return rows_[0].answered >= kProven && rows_[1].answered >= kProven; }

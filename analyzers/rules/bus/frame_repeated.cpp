@@ -29,7 +29,7 @@ constexpr FindingKind kLate{
         R"({frame} came back only in {return_frame}, after {round_trip_ms}.[ Other frames take {usual_us}.] The master
 had not waited for it: it sent the frame again in {again_frame}, after {time_out_ms}.[ It accesses the mailbox of {slave_of_mailbox}:
 the master may have given up the transfer.] Slaves pass a frame on within a few
-microseconds. So it was held up before or behind them: in the network card, its driver or the computer of the master.)",
+microseconds. So it was held up before or after them: in the network card, its driver or the computer of the master.)",
     .next = R"(Check the computer of the master: driver and interrupt settings of the network card, load. Let the master
 wait longer, or start again when a transfer fails.)"};
 
@@ -52,7 +52,7 @@ constexpr RuleInfo kInfo{.id = "frame-repeated",
 
 ## Why it matters
 Slaves and cables worked: the answer is in the capture. What failed is the way between the line and the program of the
-master: network card, driver, interrupts, load. The master believes that a slave did not answer. What it does next (a
+master: network card, driver, interrupts, load. The master assumes that a slave did not answer. What it does next (a
 transfer given up, a setting left out, a slave reported as missing) looks like a fault of the slave.
 
 ## How it is decided

@@ -24,7 +24,7 @@ constexpr double kOtherRhythm = 0.1;
 /// Frames are as far apart as their intervals within this part of a cycle.
 constexpr double kInPlace = 0.125;
 
-/// Of a slave that may not need one frame in each interval: from so many on, and if it is one in so many.
+/// Of a slave that may not need one frame in each interval: from this number on, and if it is this share.
 constexpr std::uint64_t kManyMissed = 20;
 constexpr std::uint64_t kMissedOneIn = 100;
 constexpr std::uint64_t kOutOfRhythmOneIn = 10;
