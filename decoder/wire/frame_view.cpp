@@ -208,7 +208,12 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
     at += size;
     offsets[count_] = static_cast<std::uint16_t>(at);
   }
+  const bool known = !more;
   if (more) more = ParseOddDatagrams(at, announced_end);
+  if (known && problem_ == FrameProblem::kLengthBeyondFrame) {
+    whole_ = true;
+    padding_ = static_cast<std::uint16_t>(announced_end - at);
+  }
   if (kind_ == FrameKind::kMalformed) return;
   if (more) {
     if (kind_ == FrameKind::kEtherCat) Fail(FrameProblem::kMoreWithoutDatagram);  // as many as the length can cover

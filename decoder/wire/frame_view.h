@@ -123,6 +123,7 @@ struct FrameFields {
   bool has_header_ = false;
   bool cut_before_type_ = false;
   bool other_link_ = false;
+  bool whole_ = false;  ///< of a malformed frame: only its EtherCAT length is wrong
   std::uint8_t count_ = 0;
 };
 
@@ -164,6 +165,16 @@ class FrameView : private FrameFields {
   [[nodiscard]] std::size_t padding() const { return padding_; }
   [[nodiscard]] ByteSpan padding_bytes() const {
     return bytes_.subspan(used_bytes(), std::min<std::size_t>(padding_, bytes_.size() - used_bytes()));
+  }
+
+  /// True when the EtherCAT length exceeds the frame, and nothing else is wrong. Some masters write the length of the
+  /// whole Ethernet frame there; slaves stop where the more flag is clear.
+  [[nodiscard]] bool IsWholeButForLength() const { return whole_ && kind_ == FrameKind::kMalformed; }
+  /// Such a frame is well formed: slaves took part in others like it.
+  void AcceptLength() {
+    if (!IsWholeButForLength()) return;
+    kind_ = FrameKind::kEtherCat;
+    problem_ = FrameProblem::kNone;
   }
 
   [[nodiscard]] std::size_t size() const { return count_; }

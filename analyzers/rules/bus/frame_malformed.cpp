@@ -66,7 +66,8 @@ way.
 ## How it is decided
 Not evaluated are packets that the snap length cut, frames of other EtherCAT types, and frames of foreign senders. Bytes
 that the EtherCAT length covers after the last datagram are padding, whatever they are: slaves stop where the more flag
-is clear. Findings are folded by kind of problem.
+is clear. A length that exceeds the frame is no problem if slaves take part in such frames, or if the master sends no
+others. Findings are folded by kind of problem.
 
 ## Example
 samples/captures/malformed.pcapng
