@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cstdlib>
-#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -108,30 +107,29 @@ class PdoObjectType final : public Rule {
     Subscribe<track::RunBegan>(&PdoObjectType::On);
   }
 
-  void On(const track::CaptureGap&) { held_.clear(); }
-  void On(const track::RunBegan&) { held_.clear(); }
+  void On(const track::CaptureGap&) { Forget(); }
+  void On(const track::RunBegan&) { Forget(); }
 
   /// Follows the inputs of the slaves that have a mailbox: since when each signal holds its value.
   void On(const model::ProcessCycle& cycle) {
     if (cycle.part.direction != PdoDirection::kTx || cycle.part.slave == kNoSlave || cycle.part.by_eni) return;
+    if (cycle.part.slave >= held_.size() || !held_[cycle.part.slave].with_sdo) return;
     if (cycle.exchange != model::Exchange::kYes || !cycle.has_data() || cycle.part.places.empty()) return;
-    if (!with_sdo_.contains(cycle.part.slave) || !cycle.frame().has_time) return;
     Held& held = held_[cycle.part.slave];
     if (held.serial != cycle.part.serial) {
       // Inputs in several datagrams, or other ones than before.
       if (cycle.part.places.size() > kMostSignals) return;
-      held = Held{};
+      held.Forget();
       held.serial = cycle.part.serial;
     }
-    fresh_.clear();
-    cycle.AppendRaw(fresh_);
-    if (held.values.empty() || fresh_ != held.raw) Take(held, cycle);
-    if (held.compared.empty()) return;
-    Confirm(held, cycle);
+    if (!cycle.frame().has_time) return held.Forget();
+    if (held.values.empty() || !IsUnchanged(held, cycle)) Take(held, cycle);
+    if (!held.compared.empty()) Confirm(held, cycle);
   }
 
   void On(const mailbox::SdoTransfer& transfer) {
-    with_sdo_.insert(transfer.slave);
+    if (transfer.slave >= held_.size()) held_.resize(transfer.slave + std::size_t{1});
+    held_[transfer.slave].with_sdo = true;
     Compare(transfer);
     const bool mapping = process::IsRxMapping(transfer.index) || process::IsTxMapping(transfer.index);
     if (!transfer.has_object || !mapping || transfer.service != mailbox::SdoService::kDownload ||
@@ -170,12 +168,34 @@ class PdoObjectType final : public Rule {
   };
   /// The inputs of one slave in one datagram.
   struct Held {
+    bool with_sdo = false;  ///< the slave has a mailbox
     std::uint64_t serial = 0;
     std::vector<std::uint8_t> raw;
     std::vector<Value64> values;  ///< by place
     std::vector<Compared> compared;
     std::vector<model::ImagePart::Place> places;
+
+    void Forget() {
+      serial = 0;
+      values.clear();
+      compared.clear();
+    }
   };
+
+  void Forget() {
+    for (Held& held : held_) held.Forget();
+  }
+
+  [[nodiscard]] bool IsUnchanged(const Held& held, const model::ProcessCycle& cycle) {
+    const std::vector<model::BitRun>& runs = cycle.part.runs;
+    if (runs.size() == 1 && runs[0].in_datagram % 8 == 0 && runs[0].bits % 8 == 0) {
+      const ByteSpan bytes = Slice(cycle.data, runs[0].in_datagram / 8, runs[0].bits / 8);
+      return std::ranges::equal(bytes, held.raw);
+    }
+    fresh_.clear();
+    cycle.AppendRaw(fresh_);
+    return fresh_ == held.raw;
+  }
 
   void Take(Held& held, const model::ProcessCycle& cycle) {
     const bool first = held.values.empty();
@@ -183,7 +203,8 @@ class PdoObjectType final : public Rule {
       held.places = cycle.part.places;
       held.values.resize(held.places.size());
     }
-    held.raw.assign(fresh_.begin(), fresh_.end());
+    held.raw.clear();
+    cycle.AppendRaw(held.raw);
     for (std::size_t i = 0; i < held.places.size(); ++i) {
       const std::uint64_t raw = cycle.Value(held.places[i]).value_or(0);
       if (!first && held.values[i].raw == raw) continue;
@@ -200,23 +221,23 @@ class PdoObjectType final : public Rule {
     const bool read = t.service == mailbox::SdoService::kUpload && t.outcome == mailbox::SdoOutcome::kCompleted &&
                       t.has_object && !t.complete_access && t.certainty == Certainty::kObserved && !t.data_gap;
     if (!read || t.data.empty() || t.data.size() > 8 || t.data.size() != t.size) return;
-    const auto held = held_.find(t.slave);
-    if (held == held_.end() || !t.request.has_time || !t.response.has_time) return;
+    Held& held = held_[t.slave];
+    if (held.values.empty() || !t.request.has_time || !t.response.has_time) return;
     const auto axis = progress::AxisOf(t.index);
     constexpr std::uint16_t kModeShown = 0x6061;
     if (axis && axis->second == kModeShown) return;  // the model of the axis compares it
     if (!context().slave(t.slave).al.SettledIn(esc::AlState::OP)) return;
     const std::uint32_t object = std::uint32_t{t.index} << 8U | t.subindex;
-    for (std::size_t i = 0; i < held->second.values.size(); ++i) {
-      const model::ImagePart::Place& place = held->second.places[i];
+    for (std::size_t i = 0; i < held.values.size(); ++i) {
+      const model::ImagePart::Place& place = held.places[i];
       if (place.object != object) continue;
-      const Value64& value = held->second.values[i];
+      const Value64& value = held.values[i];
       const auto bits = static_cast<std::uint32_t>(8 * t.data.size());
       const std::uint64_t mask = Mask(std::min<std::uint32_t>(bits, place.bits));
       const std::uint64_t by_sdo = UnsignedOf(t.data);
       const bool same = (value.raw & mask) == (by_sdo & mask);
       if (same || Elapsed(value.since.time, t.request.time) < kSettledNs) return;
-      if (held->second.compared.size() < kMostCompared) held->second.compared.push_back({i, by_sdo, bits, t.response});
+      if (held.compared.size() < kMostCompared) held.compared.push_back({i, by_sdo, bits, t.response});
       return;
     }
   }
@@ -373,8 +394,7 @@ class PdoObjectType final : public Rule {
   static constexpr Word kBefore{"before", "before"};
   static constexpr Word kAfter{"after", "after"};
 
-  std::set<SlaveId> with_sdo_;
-  std::map<SlaveId, Held> held_;
+  std::vector<Held> held_;                               ///< by slave
   std::vector<std::uint8_t> fresh_;                      ///< raw inputs of the datagram at hand
   std::set<std::pair<SlaveId, std::uint16_t>> written_;  ///< mapping objects that the master wrote
 };
