@@ -47,6 +47,7 @@ bool FrameParser::Fits(const Shape& shape, const capture::CapturedFrame& frame, 
 }
 
 const FrameView& FrameParser::Parse(const capture::CapturedFrame& frame) noexcept {
+  if (frame.fcs_bytes != 0) return Parse(frame.WithoutFcs());
   if (!IsPlain(frame)) return other_ = FrameView::Parse(frame);
   std::uint64_t key = 0;
   std::size_t found = shapes_[last_].next;
