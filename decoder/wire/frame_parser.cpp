@@ -47,6 +47,7 @@ bool FrameParser::Fits(const Shape& shape, const capture::CapturedFrame& frame, 
 }
 
 const FrameView& FrameParser::Parse(const capture::CapturedFrame& frame) noexcept {
+  if (frame.fcs_bytes != 0) return Parse(frame.WithoutFcs());
   if (!IsPlain(frame)) {
     other_ = FrameView::Parse(frame);
     if (accepts_lengths_) other_.AcceptLength();

@@ -88,6 +88,7 @@ enum class FrameProblem : std::uint8_t {
   kMoreWithoutDatagram,   ///< the more flag is set on the last datagram that fits
   kUnknownCommand,        ///< a command byte outside 0-14
   kNoDatagram,            ///< EtherCAT length 0
+  kByteOrder,             ///< EtherCAT header, or that and the lengths of all datagrams, are big-endian
 };
 
 /// One sentence part for each problem, for example "the EtherCAT length reaches past the end of the frame".
@@ -95,7 +96,8 @@ enum class FrameProblem : std::uint8_t {
 
 enum class Encapsulation : std::uint8_t { kEthernet, kUdp };
 
-/// What a Beckhoff ET2000/CU2508 probe adds to each frame (16 bytes before or after it).
+/// What a probe adds to each frame: Beckhoff ET2000/CU2508 (16 bytes before or after it), or Hilscher netANALYZER (4
+/// bytes before it, without time).
 struct EslRecord {
   bool present = false;
   bool crc_error = false;

@@ -85,7 +85,8 @@ The drive stops the axis. The capture shows what the drive received before that.
 - If the drive is still enabled after 64 missing frames or more, the capture has a gap. With fewer it may have one if no
   frame at all was captured in the pause, and the indices of the frames do not show that none are missing.
 - If the slave left OP with 0x001B in the pause, its watchdog expired. sync-watchdog-margin reports that.
-- Pilz: each cycle is evaluated as by sync-window-violation.
+- Pilz: each cycle is evaluated as by sync-window-violation. A frame that is late by more than half a cycle counts as
+  one cycle outside, not as two.
 
 ## Example
 samples/captures/sync-frames-missing.pcapng
@@ -143,7 +144,8 @@ class SyncLost final : public Rule {
     Run& run = RunOf(e.slave);
     if (missing == 0 && !off) return;
     if (missing > 0) Extend(run, e.cycle - missing, e.cycle - 1, e.before);
-    if (off) Extend(run, e.cycle, e.cycle, e.before);
+    // Early for its cycle, after one without a frame: a frame of that one, late. The next frame may be in time.
+    if (off && (missing == 0 || e.deviation_ns > 0)) Extend(run, e.cycle, e.cycle, e.before);
     Evaluate(e.slave, run, e.frame);
   }
 
