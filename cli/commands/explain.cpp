@@ -162,6 +162,7 @@ class ExplainCommand : public Command {
         "  6041h=0x1237           value of an object: state and bits\n"
         "  6041, 1C12:1, 27       the same without a mark; 27 is a code in decimal and in hexadecimal\n"
         "  0x0130, 0x0810         register with its bits\n"
+        "  PARAMETER              parameter or command of a drive, as its manual names it\n"
         "  FPRD                   datagram command\n"
         "  SAFEOP, SAFEOP+ERR     AL state\n"
         "  enabled, sync          rung of the ladder under Progress: what it needs and what may hold it\n"

@@ -59,6 +59,7 @@ void Read(const Cursor& cursor, DriveProfile& out);
 void Read(const Cursor& cursor, PdoDescription& out);
 void Read(const Cursor& cursor, ObjectDictionary& out);
 void Read(const Cursor& cursor, EmergencyTable& out);
+void Read(const Cursor& cursor, ObjectAddress& out);
 void Read(const Cursor& cursor, LatchDescription& out);
 void Read(const Cursor& cursor, SyncDescription& out);
 void Read(const Cursor& cursor, MailboxDescription& out);

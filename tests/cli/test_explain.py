@@ -63,6 +63,33 @@ class Explain(CliTest):
         self.assertIn("encoder: no signal [AS-2024, 9.1]", acme)
         self.assertTrue("F503" in both and "n503" in both, both)
 
+    def test_names_of_the_manuals(self):
+        for name, words in (("F125", ["kollmorgen-akd-2011", "more than 7 missing frames", "AKD-2011, 4.13"]),
+                            ("F29", ["pilz-pmcprotego-d", "CLRFAULT", "SERCSET"]),
+                            ("F17", ["n17", "PILZ, 4.8"]),
+                            ("PTBASE", ["250000 ns", "2 ms = 8"]),
+                            ("sercset", ["switch off synchronisation monitoring"]),
+                            ("FBUS.PARAM02", ["internal PLL off", "36E6h"]),
+                            ("DRV.NVSAVE", ["FBUS.PARAM03"])):
+            with self.subTest(name=name):
+                output = " ".join(self.explain(name).split())
+                for word in words:
+                    self.assertIn(word, output)
+
+    def test_bits_of_the_words_of_a_drive(self):
+        for name, words in (("6040h", ["mode 6 (Homing (hm)): bit 4 homing_operation_start", "rising edge of bit 12",
+                                       "command Quick stop: bit 2 = 0, bit 1 = 1; transitions 7, 10, 11"]),
+                            ("6060h", ["DRV.OPMODE 2, DRV.CMDSOURCE 0"]),
+                            ("20A4h", ["enable external latch 2 falling"]),
+                            ("20A5h", ["state of digital input 4"]),
+                            ("60C2h", ["60C2h Interpolation time period", "exponent, -3 = ms"]),
+                            ("1704h", ["appears in an example only"])):
+            with self.subTest(name=name):
+                output = " ".join(self.explain(name).split())
+                for word in words:
+                    self.assertIn(word, output)
+                self.assertNotIn("see the mode bits", output)
+
     def test_objects_by_family(self):
         for what in ("6040h", "0x6040:0", "0x6040"):
             found = [m for m in self.meanings(what) if m["kind"] == "object"]

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -18,8 +19,9 @@ constexpr FindingKind kEmergency{
         "[{short_meaning}][{!short_meaning}{meaning}]]",
     .message =
         R"(The slave reports emergency error code {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})].
-The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of
-this family lists no codes: the meaning is that of a related family ({source}).][{!meaning} No table has this code.])",
+The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source}[{?id_source} The manual of this family names
+{id} ({id_source}).] It lists no emergency codes: code and meaning are those of a related family ({source}).][{!meaning}
+No table has this code.])",
     .next = "Find the code in the manual of the drive, and remove the cause.",
     .identity = "error_code"};
 
@@ -100,6 +102,8 @@ class EmcyReceived final : public Rule {
         finding.Set("short_meaning", arg::Text(Shortened(known.code->text, kTitleBytes - 4)));
       }
       if (known.inferred) finding.Set("source", arg::Text(known.code->source));
+      const std::string_view own = SourceOf(context().slave(e.slave).profile->sync, known.code->id);
+      if (known.inferred && !own.empty()) finding.Set("id_source", arg::Text(own));
     }
     finding.Set("error_register", arg::Hex(e.data.error_register, 2));
     if (std::vector<Value> bits = BitsOf(e.data.error_register); !bits.empty()) {
@@ -128,6 +132,15 @@ class EmcyReceived final : public Rule {
         break;
     }
     return Severity::kError;
+  }
+
+  /// Where the family's own manual names this number of a drive, though it has no table of codes; empty: nowhere.
+  static std::string_view SourceOf(const device::SyncDescription& sync, const std::string& id) {
+    for (const auto* numbers : {&sync.lost_faults, &sync.lost_warnings}) {
+      if (std::find(numbers->begin(), numbers->end(), id) == numbers->end()) continue;
+      return sync.lost_after_missing.source.empty() ? sync.lost_after_jitter.source : sync.lost_after_missing.source;
+    }
+    return {};
   }
 
   static std::vector<Value> BitsOf(std::uint8_t error_register) {

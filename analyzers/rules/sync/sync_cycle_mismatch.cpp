@@ -41,8 +41,8 @@ constexpr FindingKind kSync0AndDrive{
     .title = "SYNC0 cycle is {sync0_cycle_ns}, but {parameter} gives {drive_cycle_ns}",
     .message =
         R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
-in {frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns}[ (since {sync0_frame})], but {parameter} as given by
---parameter is {drive_cycle_ns}.)",
+in {frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns}[ (since {sync0_frame})], but {parameter} gives
+{drive_cycle_ns}. It is {parameter_count}, as given by --parameter, and counts {cycle_base_ns} ({parameter_source}).)",
     .next = "Set the same time in both.",
     .identity = "parameter"};
 
@@ -52,7 +52,8 @@ constexpr FindingKind kInterpolationAndDrive{
     .message =
         R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
 in {frame}.] The interpolation time (60C2h) is then {interpolation_ns}[ (since {interpolation_frame})], but
-{parameter} as given by --parameter is {drive_cycle_ns}.)",
+{parameter} gives {drive_cycle_ns}. It is {parameter_count}, as given by --parameter, and counts {cycle_base_ns}
+({parameter_source}).)",
     .next = "Set the same time in both.",
     .identity = "parameter"};
 
@@ -69,7 +70,8 @@ constexpr FindingKind kProcessData{
     .title = "Process data every {observed_us}, but the configured cycle is {configured_us}",
     .message =
         R"(In OP the outputs of this slave come every {observed_us}. That is the mean of {cycles} from {frame} to
-{end_frame}, by {time_base}. {setting} is {configured_ns} ns.[{?one_per_cycle} The drive needs one frame in each
+{end_frame}, by {time_base}. {setting} is [{parameter_count}, which means
+{parameter_count} x {cycle_base_ns} = {configured_us} ({parameter_source})][{!parameter_count}{configured_ns} ns].[{?one_per_cycle} The drive needs one frame in each
 cycle.][{!one_per_cycle} The observed cycle is neither a multiple nor a part of it.])",
     .next = "Let the master run with the configured cycle, or configure the cycle that it runs with."};
 
@@ -228,6 +230,14 @@ class SyncCycleMismatch final : public Rule {
     return one.place == Setting::Place::kSync0 ? kSync0AndDrive : kInterpolationAndDrive;
   }
 
+  /// A parameter that counts periods of the drive.
+  void SetParameter(Finding& finding, TimeNs cycle) const {
+    const device::SyncDescription& family = context().slave(finding.slave).profile->sync;
+    finding.Set("parameter_count", arg::Number(cycle / *family.cycle_base))
+        .Set("cycle_base_ns", arg::Ns(*family.cycle_base))
+        .Set("parameter_source", arg::Text(family.cycle_count->source));
+  }
+
   void SetSetting(Finding& finding, const Setting& setting) const {
     switch (setting.place) {
       case Setting::Place::kSync0:
@@ -239,6 +249,7 @@ class SyncCycleMismatch final : public Rule {
       case Setting::Place::kDrive:
         finding.Set("drive_cycle_ns", arg::Ns(setting.time))
             .Set("parameter", arg::Text(context().slave(finding.slave).profile->sync.cycle_count->keyword));
+        SetParameter(finding, setting.time);
         break;
     }
     AddRelated(finding, setting.since);
@@ -280,6 +291,7 @@ class SyncCycleMismatch final : public Rule {
     const auto drive = DriveCycle(slave);
     TimeNs configured = 0;
     Value setting = arg::Of(what::kSync0Cycle);
+    bool by_parameter = false;
     if (settings && settings->activation.sync0() && settings->sync0_cycle_ns.value_or(0) > 0) {
       configured = *settings->sync0_cycle_ns;
     } else if (interpolation && slave.profile->sync.cycle_by_60c2.value.value_or(false)) {
@@ -288,6 +300,7 @@ class SyncCycleMismatch final : public Rule {
     } else if (drive) {
       configured = *drive;
       setting = arg::Text(slave.profile->sync.cycle_count->keyword);
+      by_parameter = true;
     }
     if (configured == 0) return;
     const sync::OutputWatch& outputs = context().sync().outputs(id);
@@ -324,6 +337,10 @@ class SyncCycleMismatch final : public Rule {
         .Set("end_frame", arg::Frame(outputs.rate.last().number))
         .Set("time_base", arg::Of(WordOf(outputs.rate.base())))
         .Set("one_per_cycle", arg::Flag(NeedsOneFrameACycle(slave)));
+    if (by_parameter) {
+      SetParameter(finding, configured);
+      finding.reference = ReferenceTo(slave.profile->sync.cycle_count->source);
+    }
     Report(3, std::move(finding));
   }
 
