@@ -248,7 +248,7 @@ void FollowCheck::Velocity(const AxisView& now, AxisRecords& out) {
   if (stood_ && goal_ != *target) stood_ = false;
   if (asked && !slow && (*actual > 0) == (*target > 0)) {
     Follows(now.frame);
-    // As in profile position. A cyclic set point goes on meanwhile: what it asked for is not made up.
+    // As in profile position. A cyclic set point goes on, and the axis does not catch up with it.
     if (stood_) out.Heal(AxisFact::kStandsStill, Quantity::kVelocity, now.frame);
     stood_ = false;
   }

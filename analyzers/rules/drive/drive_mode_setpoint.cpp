@@ -92,6 +92,7 @@ class DriveModeSetpoint final : public Rule {
     Subscribe<model::DriveMode>(&DriveModeSetpoint::On);
     Subscribe<mailbox::SdoTransfer>(&DriveModeSetpoint::On);
     Subscribe<track::CaptureGap>(&DriveModeSetpoint::On);
+    Subscribe<track::RunBegan>(&DriveModeSetpoint::On);
   }
 
   void On(const model::DriveStateChanged& e) {
@@ -113,9 +114,8 @@ class DriveModeSetpoint final : public Rule {
       written_.emplace(e.slave, std::uint32_t{e.index} << 8U | e.subindex);
     }
   }
-  void On(const track::CaptureGap&) {
-    for (auto& [id, axis] : axes_) axis.mode.reset();
-  }
+  void On(const track::CaptureGap&) { ForgetModes(); }
+  void On(const track::RunBegan&) { ForgetModes(); }
 
   void Finish() override {
     for (auto& [id, axis] : axes_) {
@@ -139,6 +139,11 @@ class DriveModeSetpoint final : public Rule {
     std::optional<std::int8_t> mode;  ///< in which it is enabled; unset: it is not, or the mode is not known
     FrameRef since;                   ///< likewise
   };
+
+  /// The drive may have left its state unseen: only the time from the next change on counts.
+  void ForgetModes() {
+    for (auto& [id, axis] : axes_) axis.mode.reset();
+  }
 
   static bool Has(const progress::AxisRecords& records, progress::AxisFact fact) {
     return std::any_of(records.begin(), records.end(),
