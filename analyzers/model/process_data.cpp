@@ -386,7 +386,8 @@ void ProcessData::Computation::Name(Signal& signal, Entry& entry) const {
         info.type_source == events::NameSource::kStandard || info.type_source == events::NameSource::kInferred;
   }
   signal.unit = std::move(info.unit);
-  signal.scale = std::move(info.scale);
+  signal.scaled_by_sdo = !info.scale.empty() && info.scale != "1:1";
+  signal.scale = std::move(info.pdo_scale.empty() ? info.scale : info.pdo_scale);
 }
 
 /// A default need not be what is in force.

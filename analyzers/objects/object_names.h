@@ -31,8 +31,9 @@ struct ObjectInfo {
   NameSource name_source = NameSource::kNone;
   mailbox::DataType type = mailbox::DataType::kUnknown;
   NameSource type_source = NameSource::kNone;
-  std::string unit;   ///< empty: none
-  std::string scale;  ///< "1000:1"; empty: plain number
+  std::string unit;       ///< empty: none
+  std::string scale;      ///< by SDO: "1000:1"; empty: plain number
+  std::string pdo_scale;  ///< in the process data, if it is another one; else empty
 };
 
 class ObjectNames {

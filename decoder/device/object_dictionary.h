@@ -69,6 +69,7 @@ struct DictionaryObject {
   Mappable mappable = Mappable::kUnknown;
   std::optional<PdoDirection> only;  ///< mappable in this direction only, if a source states it
   std::string scale;                 ///< "1000:1", "1:1", "var"; empty: plain number
+  std::string pdo_scale;             ///< that of the process data, if it is another one; else empty
   std::string unit;
   std::string name;
   std::string keyword;         ///< ASCII parameter(s) after the object

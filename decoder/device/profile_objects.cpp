@@ -80,6 +80,7 @@ void Read(const Cursor& cursor, DictionaryObject& out) {
   object.Allow("pdo", out.mappable);
   object.Allow("only", out.only);
   object.Allow("scale", out.scale);
+  object.Allow("pdo_scale", out.pdo_scale);
   object.Allow("unit", out.unit);
   object.Allow("name", out.name);
   object.Allow("keyword", out.keyword);

@@ -76,6 +76,24 @@ class Explain(CliTest):
                 for word in words:
                     self.assertIn(word, output)
 
+    def test_words_of_sentences_are_no_names(self):
+        for word in ("the", "zzz", "motor", "fault", "enable", "with"):
+            self.one_error("explain", word)
+
+    def test_warning_has_the_moments_of_its_manual(self):
+        page = " ".join(self.explain("n17").split())
+        self.assertIn("warning n17 appears because there is no cyclic interrupt yet", page)
+        self.assertNotIn("consecutive cycle", page)
+
+    def test_rows_left_out_are_counted(self):
+        for meaning in self.meanings("FBUS.PARAM05"):
+            rows = [row for row in meaning["statements"] if row["family"] == "kollmorgen-mkd-n"]
+            self.assertTrue(len(rows) <= 60 or rows[-1]["text"].endswith("more rows"), rows)
+
+    def test_objects_have_the_name_of_a_dictionary(self):
+        self.assertIn("3496h:1 fieldbus synchronisation", " ".join(self.explain("3496h:1").split()).lower())
+        self.assertNotIn("object of a sister family) (object)", self.explain("36E6h"))
+
     def test_bits_of_the_words_of_a_drive(self):
         for name, words in (("6040h", ["mode 6 (Homing (hm)): bit 4 homing_operation_start", "rising edge of bit 12",
                                        "command Quick stop: bit 2 = 0, bit 1 = 1; transitions 7, 10, 11"]),

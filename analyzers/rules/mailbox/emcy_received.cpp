@@ -18,10 +18,10 @@ constexpr FindingKind kEmergency{
         "Emergency {error_code:number}[{?meaning}: [{id} ][{?of_class}class ]"
         "[{short_meaning}][{!short_meaning}{meaning}]]",
     .message =
-        R"(The slave reports emergency error code {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})].
-The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source}[{?id_source} The manual of this family names
-{id} ({id_source}).] It lists no emergency codes: code and meaning are those of a related family ({source}).][{!meaning}
-No table has this code.])",
+        R"(The slave reports emergency error code {error_code:number}[{?meaning} ([{id} ][{?of_class}class
+]{meaning})]. The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source}
+The manual of this family [{?id_source}names {id} ({id_source}), but ]lists no emergency codes: code and meaning are
+those of a related family ({source}).][{!meaning} No table has this code.])",
     .next = "Find the code in the manual of the drive, and remove the cause.",
     .identity = "error_code"};
 
@@ -30,8 +30,9 @@ constexpr FindingKind kErrorFree{
     .title = "Emergency {error_code:number}[{?meaning}: [{id} ][{?of_class}class ]{meaning}]",
     .message = R"(The slave reports that it is free of errors again, with emergency error code
 {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})]. The error register is
-{error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of this family lists no
-codes: the meaning is that of a related family ({source}).][{!meaning} No table has this code.])",
+{error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of this family
+[{?id_source}names {id} ({id_source}), but ]lists no emergency codes: code and meaning are those of a related family
+({source}).][{!meaning} No table has this code.])",
     .next = "",
     .identity = "error_code"};
 

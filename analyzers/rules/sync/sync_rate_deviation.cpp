@@ -17,6 +17,8 @@ constexpr std::uint64_t kEnoughCycles = 200;
 constexpr double kAnotherCycle = 100'000;
 /// Frames that move by this part of a cycle against SYNC0 are not locked to it.
 constexpr double kMovedCycles = 0.5;
+/// Only if it is so much larger than its uncertainty.
+constexpr double kSure = 4;
 constexpr std::uint64_t kNotLockedKey = 1;
 /// How far the clock of a host may be off, ppm.
 constexpr double kHostClock = 100;
@@ -165,6 +167,10 @@ class SyncRateDeviation final : public Rule {
     const double moved_cycles = (std::abs(ppm) - unsure) * 1e-6 * static_cast<double>(rate.cycles());
     if (std::abs(ppm) > kAnotherCycle || moved_cycles < kMovedCycles || std::abs(usual_ppm) < std::abs(ppm) / 2) {
       NotEvaluable(id, ReasonCode::kNotInProfile, kPllRange);
+      return;
+    }
+    if (unsure * kSure > std::abs(ppm)) {
+      NotEvaluable(id, ReasonCode::kTooIrregular, what::kProcessDataTiming);
       return;
     }
     if (Repeat(id, kNotLockedKey, rate.first()) != kNoFinding) return;
