@@ -20,6 +20,9 @@ class IntervalHistogram {
   [[nodiscard]] std::uint64_t count() const { return count_; }
   /// Interval that `share` (0 to 1) of all do not exceed, ns; 0 when there is none.
   [[nodiscard]] TimeNs Percentile(double share) const;
+  /// 98 of 100 intervals lie within this, ns.
+  [[nodiscard]] TimeNs Width() const { return Percentile(0.99) - Percentile(0.01); }
+  [[nodiscard]] TimeNs longest() const { return max_; }
 
  protected:
   std::uint64_t count_ = 0;

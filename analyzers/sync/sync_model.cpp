@@ -598,7 +598,26 @@ CycleSummary SyncModel::SummariseRun() const {
   if (const auto uncertainty = Uncertainty(base)) summary.uncertainty_us = static_cast<double>(*uncertainty) / 1e3;
   summary.command = wire::Name(image->command);
   summary.logical_address = image->address;
+  summary.origins = OriginsOf(*image, *best, base);
   return summary;
+}
+
+/// What the stamps differ by beyond a better clock is the recorder's doing.
+std::optional<DelayOrigins> SyncModel::OriginsOf(const CyclicImage& image, const IntervalStatistics& best,
+                                                 TimeBase base) const {
+  const IntervalHistogram* trips = trust_.RoundTrips();
+  if (trips == nullptr || best.count() < kEnoughIntervals) return std::nullopt;
+  const auto us = [](TimeNs ns) { return static_cast<double>(ns) / 1e3; };
+  DelayOrigins origins;
+  origins.master_us = us(best.Width());
+  origins.return_us = us(trips->Width());
+  origins.round_trip_us = us(trips->Percentile(0.5));
+  origins.longest_round_trip_us = us(trips->longest());
+  if (base != TimeBase::kCapture && image.by_stamp.count() >= kEnoughIntervals) {
+    const double stamps = us(image.by_stamp.Width());
+    origins.recorder_us = std::sqrt(std::max(0.0, stamps * stamps - origins.master_us * origins.master_us));
+  }
+  return origins;
 }
 
 BusDcSummary SyncModel::SummariseBus() const {

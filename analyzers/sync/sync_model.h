@@ -94,6 +94,8 @@ class SyncModel final {
   [[nodiscard]] std::optional<DcSummary> Summarise(SlaveId slave) const;
 
  private:
+  [[nodiscard]] std::optional<DelayOrigins> OriginsOf(const CyclicImage& image, const IntervalStatistics& best,
+                                                      TimeBase base) const;
   /// A datagram with process data of the frame at hand; its time may come with a later datagram.
   struct ProcessDatagram {
     wire::Command command = wire::Command::NOP;

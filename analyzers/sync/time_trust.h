@@ -22,6 +22,8 @@ class TimeTrust {
   }
   /// What hardly any frame with process data takes longer than, ns; unset without enough good stamps.
   [[nodiscard]] std::optional<TimeNs> UsualRoundTrip() const;
+  /// Of frames with process data; null without enough good stamps.
+  [[nodiscard]] const IntervalHistogram* RoundTrips() const { return UsualRoundTrip() ? &round_trips_ : nullptr; }
   /// ns; unset when the clock cannot be trusted at all.
   [[nodiscard]] std::optional<TimeNs> Uncertainty(TimeBase base) const;
 

@@ -96,6 +96,24 @@ void PutBin(JsonObject& out, const CycleBin& bin) {
   out.Put("count", bin.count);
 }
 
+void PutOrigins(JsonObject& out, const DelayOrigins& origins) {
+  const auto put = [&](std::string_view key, double width) {
+    out.Object(key, [&](JsonObject& json) {
+      json.Put("width_us", width);
+      json.Put("share", origins.ShareOf(width));
+    });
+  };
+  put("master", origins.master_us);
+  put("return", origins.return_us);
+  if (origins.recorder_us) {
+    put("recorder", *origins.recorder_us);
+  } else {
+    out.Put("recorder", nullptr);
+  }
+  out.Put("round_trip_us", origins.round_trip_us);
+  out.Put("longest_round_trip_us", origins.longest_round_trip_us);
+}
+
 }  // namespace
 
 void PutCycle(JsonObject& out, const CycleSummary& c) {
@@ -118,6 +136,8 @@ void PutCycle(JsonObject& out, const CycleSummary& c) {
   out.Frame("longest_from_frame", c.longest_from);
   out.Frame("longest_to_frame", c.longest_to);
   out.List("histogram", c.histogram, PutBin);
+  if (!c.origins) return out.Put("origins", nullptr);
+  out.Object("origins", [&](JsonObject& json) { PutOrigins(json, *c.origins); });
 }
 
 void PutBusDc(JsonObject& out, std::string_view key, const AnalysisResult& result) {

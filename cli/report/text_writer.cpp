@@ -631,6 +631,7 @@ class CaptureText {
     if (c.frames.outbound > 0) text_.Paragraph(Ledger(), 2);
     text_.Paragraph(TimeFacts(), 2);
     if (!WithoutEtherCat(result_)) text_.Paragraph(BusFacts(), 2);
+    if (const std::string origins = OriginFacts(); !origins.empty()) text_.Paragraph(origins, 2);
     if (const std::string runs = RunFacts(); !runs.empty()) text_.Paragraph(runs, 2);
     if (const std::string events = SignalledFacts(); !events.empty()) text_.Paragraph(events, 2);
     if (const std::string predictions = Predictions(); !predictions.empty()) text_.Paragraph(predictions, 2);
@@ -708,6 +709,23 @@ class CaptureText {
       text += "; by " + Printable(b.cycle.time_source) + " time)";
     }
     return text;
+  }
+
+  /// "Cycles differ by 1571.3 us: master 100 % (when it sends), return 0 % (...), recorder 0 % (its stamps)"; empty
+  /// where they are regular.
+  [[nodiscard]] std::string OriginFacts() const {
+    constexpr double kRegular = 0.01;
+    const CycleSummary& cycle = result_.bus.cycle;
+    if (!cycle.origins || cycle.origins->width_us() < kRegular * cycle.median_us) return {};
+    const DelayOrigins& origins = *cycle.origins;
+    const auto share = [&](double width) { return Fixed(origins.ShareOf(width), 0) + " %"; };
+    std::string text = "98 of 100 cycles differ by at most " + Fixed(origins.width_us(), 1) + " us: master " +
+                       share(origins.master_us) +
+                       (origins.recorder_us ? " (when it sends)" : " (when it sends, by stamps)");
+    text += ", return " + share(origins.return_us) + " (line, slaves, network card: round trip " +
+            Fixed(origins.round_trip_us, 1) + " us, at most " + Fixed(origins.longest_round_trip_us, 1) + ")";
+    if (origins.recorder_us) return text + ", recorder " + share(*origins.recorder_us) + " (stamps)";
+    return text + "; without DC time in the frames the recorder counts as master";
   }
 
   /// "2 runs: #1 to #1348 to OP (2 slaves, every 1000.0 us); #1349 to #2691 ..."; empty where there is one.

@@ -54,7 +54,7 @@ bool IndexSequence::SharesLikeOthers(std::size_t kind, std::uint8_t first) const
 bool IndexSequence::GoesOnWhereLeft(std::uint8_t first) noexcept {
   if (!left_ || !left_->IsBefore(first)) return false;
   if (turns_ == kTurns) return true;
-  // Once, and long after, it may be where the capture goes on behind a gap.
+  // Once, and long after, it may be where the capture goes on after a gap.
   if (since_left_ > kShortTurn) return false;
   ++turns_;
   return true;

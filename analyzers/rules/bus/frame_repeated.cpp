@@ -101,7 +101,7 @@ class FrameRepeated final : public Rule {
       if (!context().pairing().numbered) NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, kNumbers);
       return;
     }
-    // By chance a gap ends at the index of the frame before it, once in so many as the master has: not each time.
+    // A gap ends at the index of the frame before it by chance, once in as many gaps as the master has indices.
     if (may_be_gaps_ >= kNoChance && least_round_ >= kLeastRound && context().pairing().gaps == 0) {
       first_maybe_->count = may_be_gaps_;
       Add(std::move(*first_maybe_));
@@ -119,7 +119,7 @@ class FrameRepeated final : public Rule {
     bool poll = false;
   };
 
-  /// So many gaps that all end at the same index are no chance ...
+  /// This number of gaps that all end at the same index is no chance ...
   static constexpr std::uint64_t kNoChance = 3;
   /// ... where there are as many indices.
   static constexpr std::uint32_t kLeastRound = 8;

@@ -391,8 +391,9 @@ class MailboxNoResponse final : public Rule {
   }
   /// An object of the manufacturer may do so as well.
   static bool MayStore(const mailbox::RequestSummary& request) {
-    constexpr std::uint16_t kFirst = 0x2000, kLast = 0x5FFF;
-    return IsDownload(request) && request.index && *request.index >= kFirst && *request.index <= kLast;
+    constexpr unsigned kFirst = 2, kLast = 5;  // thousands (hexadecimal) of its area
+    const unsigned area = request.index.value_or(0) >> 12U;
+    return IsDownload(request) && area >= kFirst && area <= kLast;
   }
 
   void ReportSlow(const Pace& pace) {

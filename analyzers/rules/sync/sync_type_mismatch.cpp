@@ -83,15 +83,15 @@ constexpr RuleInfo kInfo{.id = "sync-type-mismatch",
 
 ## Why it matters
 A slave of type "SYNC0" without pulses does not output anything, or falls with 0x001A or 0x002C. A slave of type "SM
-event" with SYNC0 on outputs when the frame comes: all jitter of the master goes to the axis. The counters are what the
-slave itself says of its cycles.
+event" with SYNC0 on outputs when the frame comes: all jitter of the master goes to the axis. The counters are the
+slave's own record of its cycles.
 
 ## How it is decided
 - When the slave reaches OP, the last value counts that was written, or that was read after SYNC0 was set. Slaves change
   the type themselves when SYNC0 is switched on: what was read before shows nothing.
 - A slave reached OP with it, so it may not use the object: the finding is inferred.
 - A counter has to rise between two reads in OP. What it counted before the first one may be old.
-- A refusal because of the type is told by al-refused.
+- A refusal because of the type belongs to al-refused.
 
 ## Example
 tests/rules/sync-type-mismatch/violates.trace
