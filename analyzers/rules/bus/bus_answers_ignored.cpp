@@ -44,7 +44,7 @@ Whether a master that counts the slaves goes on to address them.
 
 ## Why it matters
 The bus is whole and the slaves answer, but the program reports "no slaves found". The fault is in the computer of the
-master, between its network card and the program. Cables and slaves are changed in vain.
+master, between its network card and the program. Cables and slaves are changed without result.
 
 ## How it is decided
 - The master wrote to all slaves (0x0120 or another register of the set-up) and read 0x0000 of all of them, at least
