@@ -385,8 +385,8 @@ void ProcessData::Computation::Name(Signal& signal, Entry& entry) const {
     signal.type_standard =
         info.type_source == events::NameSource::kStandard || info.type_source == events::NameSource::kInferred;
   }
-  signal.unit = std::move(info.unit);
-  signal.scale = std::move(info.scale);
+  signal.unit = std::move(info.pdo_unit);
+  signal.scale = std::move(info.pdo_scale);
 }
 
 /// A default need not be what is in force.

@@ -31,8 +31,10 @@ struct ObjectInfo {
   NameSource name_source = NameSource::kNone;
   mailbox::DataType type = mailbox::DataType::kUnknown;
   NameSource type_source = NameSource::kNone;
-  std::string unit;   ///< empty: none
-  std::string scale;  ///< "1000:1"; empty: plain number
+  std::string unit;       ///< empty: none
+  std::string scale;      ///< "1000:1"; empty: plain number
+  std::string pdo_unit;   ///< of the value in process data
+  std::string pdo_scale;  ///< likewise
 };
 
 class ObjectNames {

@@ -1,5 +1,6 @@
 /// `ecaudit explain WHAT`: one rule with cause, remedy and manual section; or the meaning of a number, with its source.
 #include <algorithm>
+#include <cctype>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +13,7 @@
 #include "cli/commands/command.h"
 #include "cli/families.h"
 #include "cli/lookup/meaning.h"
+#include "cli/lookup/profile_facts.h"
 #include "cli/lookup/progress_meanings.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
@@ -157,7 +159,8 @@ class ExplainCommand : public Command {
         "  al-refused             a rule, as reports and 'ecaudit rules' print it\n"
         "  0x001d                 AL status code, register, object or emergency: all that has this number\n"
         "  0x06090011             SDO abort code\n"
-        "  F125, n503             fault or warning that a drive shows\n"
+        "  F125, n503, F28        fault or warning that a drive shows\n"
+        "  NAME                   parameter or other word of the manuals, as they print it\n"
         "  6040h, 1018h:1         object, by family; 6040h, 6041h and 6060h with bits and values\n"
         "  6041h=0x1237           value of an object: state and bits\n"
         "  6041, 1C12:1, 27       the same without a mark; 27 is a code in decimal and in hexadecimal\n"
@@ -179,7 +182,8 @@ class ExplainCommand : public Command {
     if (!known) return Fail(console, known.error());
     const Result<Families> families = AskedFamilies(*known);
     if (!families) return Fail(console, families.error());
-    const std::vector<Meaning> meanings = LookUp(what, *families);
+    std::vector<Meaning> meanings = LookUp(what, *families);
+    if (meanings.empty() || IsName(what)) lookup::AddMentions(what, *families, *known, meanings);
     if (meanings.empty()) return Unknown(console, what);
     return output_.Print(
         console, [&meanings](bool color) { return MeaningsText(meanings, color); },
@@ -195,6 +199,12 @@ class ExplainCommand : public Command {
       families.push_back(registry.Find(name));
     }
     return families;
+  }
+
+  /// What only a manual names: "F28", "FBUS.PARAM05". Numbers and objects have pages of their own.
+  [[nodiscard]] static bool IsName(std::string_view what) {
+    return !what.empty() && std::isalpha(static_cast<unsigned char>(what.front())) != 0 &&
+           std::any_of(what.begin(), what.end(), [](unsigned char c) { return std::isdigit(c) != 0 || c == '.'; });
   }
 
   [[nodiscard]] static ExitStatus Unknown(Console& console, const std::string& what) {

@@ -66,6 +66,9 @@ std::string RowText(const DictionaryObject& row) {
     if (row.only) Join(text, *row.only == device::PdoDirection::kRx ? "in RxPDOs only" : "in TxPDOs only");
     Join(text, row.unit.empty() ? "" : "unit " + row.unit);
     Join(text, row.scale.empty() ? "" : "scale " + row.scale);
+    if (!row.pdo_scale.empty()) Join(text, "in process data scale " + row.pdo_scale);
+    if (!row.pdo_unit.empty()) Join(text, "in process data unit " + row.pdo_unit);
+    if (row.max_bytes != 0) Join(text, "at most " + Count(row.max_bytes, "byte"));
     Join(text, row.keyword.empty() ? "" : "parameter " + row.keyword);
   }
   std::string place;
@@ -102,9 +105,64 @@ void AddWordBits(const std::string& name, const std::vector<device::WordBit>& bi
   }
 }
 
+std::string BitsName(unsigned first, unsigned last) {
+  return first == last ? "bit " + std::to_string(first) : "bits " + std::to_string(first) + "-" + std::to_string(last);
+}
+
+/// Bits and values of objects that are no word of the state machine: of the object itself, of the fieldbus parameter
+/// that it holds, and of the latch.
+void AddObjectBits(const DeviceDescription& family, const std::string& name, std::uint16_t index,
+                   std::optional<std::uint8_t> subindex, std::vector<Statement>& out) {
+  for (const device::ObjectBits& row : family.object_bits) {
+    if (row.index != index || (subindex && row.subindex != *subindex)) continue;
+    std::string text = BitsName(row.first, row.last);
+    if (row.value) text += " = " + std::to_string(*row.value);
+    text += ": " + row.name;
+    Join(text, row.meaning);
+    out.push_back({name, text, row.note, row.source});
+  }
+  const DictionaryObject* object = family.dictionary ? family.dictionary->Find(index, subindex.value_or(0)) : nullptr;
+  if (object != nullptr && !object->keyword.empty()) {
+    for (const device::FieldbusParameter& row : family.fieldbus_parameters) {
+      if (row.parameter != object->keyword) continue;
+      std::string text = row.parameter;
+      if (row.bit) text += " bit " + std::to_string(*row.bit);
+      if (row.value) text += " = " + std::to_string(*row.value);
+      out.push_back({name, text + ": " + row.meaning, row.note, row.source});
+    }
+  }
+  if (!family.latch || subindex.value_or(0) != 0) return;
+  const bool control = index == family.latch->control_object;
+  if (!control && index != family.latch->status_object) return;
+  for (const device::LatchField& row : control ? family.latch->control : family.latch->status) {
+    std::string text = BitsName(row.first, row.last);
+    if (row.value != 0) text += ", value " + Hex(row.value);
+    out.push_back({name, text + ": " + (row.reserved ? "reserved" : row.meaning), row.note, row.source});
+  }
+}
+
+/// What the bits 4 to 6 of the control word mean in each mode.
+void AddModeBits(const std::string& name, const device::DriveProfile& drive, std::vector<Statement>& out) {
+  for (const device::ModeBits& row : drive.mode_bits) {
+    const auto bit = [](const std::string& text) { return text.empty() ? std::string("not printed") : text; };
+    out.push_back({name,
+                   "mode " + std::to_string(row.mode) + " " + row.name + ": bit 4 " + bit(row.bit4) + ", bit 5 " +
+                       bit(row.bit5) + ", bit 6 " + bit(row.bit6),
+                   row.note, row.source});
+  }
+}
+
 void AddModes(const std::string& name, const device::DriveProfile& drive, std::vector<Statement>& out) {
   for (const device::OperationMode& mode : drive.modes) {
-    out.push_back({name, "value " + std::to_string(mode.value) + ": " + mode.name, mode.note, mode.source});
+    std::string text = "value " + std::to_string(mode.value) + ": " + mode.name;
+    if (mode.opmode) Join(text, drive.opmode_keyword + " " + std::to_string(*mode.opmode));
+    if (mode.cmdsource) Join(text, drive.cmdsource_keyword + " " + std::to_string(*mode.cmdsource));
+    std::string objects;
+    for (const device::ObjectAddress& object : mode.set_points) {
+      objects += (objects.empty() ? "" : " or ") + ObjectName(object.index, object.subindex);
+    }
+    if (!objects.empty()) Join(text, "set point " + objects);
+    out.push_back({name, text, mode.note, mode.source});
   }
 }
 
@@ -114,6 +172,7 @@ void AddDriveWords(const DeviceDescription& family, const std::string& name, con
   if (!family.drive) return;
   std::vector<Statement> rows;
   if (index == 0x6040) AddWordBits(name, family.drive->control_bits, rows);
+  if (index == 0x6040) AddModeBits(name, *family.drive, rows);
   if (index == 0x6041) {
     for (const device::DriveStateRow& row : family.drive->states) {
       rows.push_back({name,
@@ -128,6 +187,7 @@ void AddDriveWords(const DeviceDescription& family, const std::string& name, con
   if (standard != nullptr && standard != &*family.drive) {
     std::vector<Statement> common;
     if (index == 0x6040) AddWordBits(name, standard->control_bits, common);
+    if (index == 0x6040) AddModeBits(name, *standard, common);
     if (index == 0x6041) AddWordBits(name, standard->status_bits, common);
     if (index == 0x6060 || index == 0x6061) AddModes(name, *standard, common);
     rows.erase(std::remove_if(rows.begin(), rows.end(),
@@ -146,7 +206,7 @@ void AddPdos(const DeviceDescription& family, const std::string& name, std::uint
   if (const device::PdoContent* pdo = family.pdo.FindFixed(index)) {
     std::string text = std::string(pdo->direction == device::PdoDirection::kRx ? "RxPDO" : "TxPDO");
     if (!pdo->name.empty()) text += " " + pdo->name;
-    text += ", " + std::to_string(pdo->bits()) + " bits:";
+    text += pdo->known ? ", " + std::to_string(pdo->bits()) + " bits:" : ":";
     for (const device::PdoEntry& entry : pdo->entries) {
       text += " " + (entry.index == 0 ? std::string("padding") : ObjectName(entry.index, entry.subindex)) + " " +
               (entry.name.empty() ? "" : entry.name + " ") + "(" + std::to_string(entry.bits) + ")" +
@@ -154,6 +214,12 @@ void AddPdos(const DeviceDescription& family, const std::string& name, std::uint
     }
     if (!pdo->known) text += " content not in the manual";
     out.push_back({name, text, pdo->note, pdo->source});
+  }
+  for (const device::SelectablePdo& row : family.pdo.selectable) {
+    if (row.index != index || family.pdo.FindFixed(index) != nullptr) continue;
+    const std::string direction = row.direction == device::PdoDirection::kRx ? "RxPDO" : "TxPDO";
+    out.push_back(
+        {name, direction + (row.example_only ? ", only in an example" : ", may be assigned"), row.note, row.source});
   }
   for (const device::CyclicObject& row : family.pdo.cyclic) {
     if (row.index != index || (subindex && row.subindex != *subindex)) continue;
@@ -190,6 +256,10 @@ void AddObject(std::uint16_t index, std::optional<std::uint8_t> subindex, const 
       AddRows(name, family.drive->objects, index, subindex, meaning.statements);
     }
     AddPdos(family, name, index, subindex, meaning.statements);
+    const bool own_bits =
+        is_standard || generic == nullptr || family.object_bits.size() != generic->object_bits.size() ||
+        (!family.object_bits.empty() && family.object_bits.front().source != generic->object_bits.front().source);
+    if (own_bits || index != 0x1001) AddObjectBits(family, name, index, subindex, meaning.statements);
     AddDriveWords(family, name, generic != nullptr && generic->drive ? &*generic->drive : nullptr, index,
                   meaning.statements);
   };
@@ -199,7 +269,11 @@ void AddObject(std::uint16_t index, std::optional<std::uint8_t> subindex, const 
   }
   // Ranges of the standard (PDO mappings, PDO assignments), which no list has one by one.
   const events::ObjectNames names;
-  const events::ObjectInfo info = subindex ? names.Find(nullptr, index, *subindex) : names.FindWhole(nullptr, index);
+  events::ObjectInfo info = subindex ? names.Find(nullptr, index, *subindex) : names.FindWhole(nullptr, index);
+  if (!subindex && generic != nullptr && generic->drive) {
+    const DictionaryObject* head = device::FindObjectHead(generic->drive->objects, index);
+    if (head != nullptr && head->head && !head->name.empty()) info.name = head->name;
+  }
   if (!info.name.empty()) meaning.name += " " + info.name;
   if (meaning.statements.empty()) {
     if (info.name.empty()) return;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace ecaudit::device {
 
@@ -42,6 +43,7 @@ struct FieldbusParameter {
   std::optional<std::uint8_t> bit;
   std::optional<std::int32_t> value;
   std::string meaning;
+  std::vector<std::string> rules;  ///< rules whose findings it explains or changes
   std::string note;
   std::string source;
 };

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "decoder/device/al_description.h"
+#include "decoder/device/latch_description.h"
 #include "decoder/device/object_dictionary.h"
 
 namespace ecaudit::device {
@@ -114,15 +115,17 @@ struct OperationMode {
   std::optional<std::int32_t> opmode;          ///< DRV.OPMODE that goes with it
   std::optional<std::int32_t> cmdsource;       ///< DRV.CMDSOURCE that goes with it
   std::optional<std::int32_t> printed_opmode;  ///< where print is read otherwise
+  std::vector<ObjectAddress> set_points;       ///< objects that carry its set point; empty: not documented
   std::string note;
   std::string source;
 };
 
 /// What a value of a fault object is.
 enum class FaultValue : std::uint8_t {
-  kErrorCode,     ///< the error code of the present fault
-  kErrorHistory,  ///< an entry of the error history; its lower 16 bits are the error code
-  kFaultNumber,   ///< the drive's own number: with `prefix` the `id` of an emergency code
+  kErrorCode,      ///< the error code of the present fault
+  kErrorHistory,   ///< an entry of the error history; its lower 16 bits are the error code
+  kFaultNumber,    ///< the drive's own number: with `prefix` the `id` of an emergency code
+  kWarningNumber,  ///< likewise of a warning
 };
 
 /// "error code", as in profiles.
@@ -154,7 +157,9 @@ struct DriveProfile {
   std::vector<WordBit> status_bits;
   std::vector<ModeBits> mode_bits;
   std::vector<OperationMode> modes;
-  bool modes_complete = false;  ///< the manual lists all supported modes
+  std::string opmode_keyword = "opmode";        ///< parameter of the vendor's tool that a mode sets
+  std::string cmdsource_keyword = "cmdsource";  ///< likewise
+  bool modes_complete = false;                  ///< the manual lists all supported modes
   /// AL states in which the drive acts on the control word and updates the status word; empty: not documented.
   std::vector<esc::AlState> control_word_in;
   std::vector<esc::AlState> status_word_in;

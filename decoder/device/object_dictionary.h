@@ -69,6 +69,9 @@ struct DictionaryObject {
   Mappable mappable = Mappable::kUnknown;
   std::optional<PdoDirection> only;  ///< mappable in this direction only, if a source states it
   std::string scale;                 ///< "1000:1", "1:1", "var"; empty: plain number
+  std::string pdo_scale;             ///< of the value in process data, where it differs from that by SDO
+  std::string pdo_unit;              ///< likewise
+  std::uint16_t max_bytes = 0;       ///< longest text; 0: not documented
   std::string unit;
   std::string name;
   std::string keyword;         ///< ASCII parameter(s) after the object

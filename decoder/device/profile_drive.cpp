@@ -128,17 +128,19 @@ static void Read(const Cursor& cursor, OperationMode& out) {
   object.Allow("opmode", out.opmode);
   object.Allow("cmdsource", out.cmdsource);
   object.Allow("printed_opmode", out.printed_opmode);
+  object.Allow("set_points", out.set_points);
   FinishRow(object, cursor, out.note, out.source);
 }
 
 static void Read(const Cursor& cursor, FaultValue& out) {
   static constexpr Word<FaultValue> kKinds[] = {{"error code", FaultValue::kErrorCode},
                                                 {"error history", FaultValue::kErrorHistory},
-                                                {"fault number", FaultValue::kFaultNumber}};
+                                                {"fault number", FaultValue::kFaultNumber},
+                                                {"warning number", FaultValue::kWarningNumber}};
   ReadWord(cursor, kKinds, out);
 }
 
-static void Read(const Cursor& cursor, FaultObject& out) {
+void Read(const Cursor& cursor, FaultObject& out) {
   ObjectReader object(cursor);
   object.Require("index", out.index);
   object.Allow("sub", out.subindex);
@@ -176,6 +178,8 @@ void Read(const Cursor& cursor, DriveProfile& out) {
   object.Allow("status_bits", out.status_bits);
   object.Allow("mode_bits", out.mode_bits);
   object.Allow("modes", out.modes);
+  object.Allow("opmode_keyword", out.opmode_keyword);
+  object.Allow("cmdsource_keyword", out.cmdsource_keyword);
   object.Allow("modes_complete", out.modes_complete);
   object.AllowWith("fault_objects", [&](const Cursor& at) { ReadFaultObjects(at, out.fault_objects); });
   object.Allow("control_word_in", out.control_word_in);

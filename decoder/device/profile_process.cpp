@@ -6,7 +6,7 @@
 
 namespace ecaudit::device {
 
-static void Read(const Cursor& cursor, ObjectAddress& out) {
+void Read(const Cursor& cursor, ObjectAddress& out) {
   ObjectReader object(cursor);
   object.Require("index", out.index);
   object.Require("sub", out.subindex);

@@ -63,6 +63,40 @@ class Explain(CliTest):
         self.assertIn("encoder: no signal [AS-2024, 9.1]", acme)
         self.assertTrue("F503" in both and "n503" in both, both)
 
+    def test_names_that_only_a_manual_has(self):
+        for name, expected in {
+            "F28": "without synchronisation sets F28 after a time-out",
+            "n17": "warning n17",
+            "F17": "printed F17 here",
+            "PTBASE": "PTBASE counts in 250 us [PILZ, 4.6]",
+            "FBUS.PARAM05": "faults reset only by control word bit 7",
+            "DRV.NAME": "0x2031",
+        }.items():
+            self.assertIn(expected, " ".join(self.explain(name).split()), name)
+        self.assertIn("kollmorgen-akd-2011", self.explain("F125"))
+        self.assertIn("unknown rule 'FBUS.PARAM99'", self.one_error("explain", "FBUS.PARAM99"))
+        self.assertIn("nothing is known of 'F29999'", self.one_error("explain", "F29999"))
+
+    def test_bits_of_objects_and_parameters(self):
+        for what, expected in {
+            "36E9h": "FBUS.PARAM05 bit 11 = 1: no emergency message for warnings; print says over CANopen [MKD, 3.4]",
+            "36E9h=0x800": "bit 11 = 1: no emergency message for warnings",
+            "1002h": "bit 15: fault active on MKD-C [MKD, 5.2]",
+            "1002h=0x8100": "bit 8 warning active on MKD-C, bit 15 fault active on MKD-C",
+            "3000h": "bits 1-15: reserved [MKD, 5.2]",
+            "2000h=439": "n439 user following error [MKD, 5.3.3]",
+            "2001h=562": "F562 more than 8 MKD-N on string 1 [MKD, 5.2]",
+            "20A5h": "state of digital input 4",
+            "6040h": "mode 1 Profile position (pp): bit 4 new_setpoint",
+            "6060h": "value 7: Interpolated position, DRV.OPMODE 2, DRV.CMDSOURCE 1, set point 60C1h:1",
+            "606Ch": "in process data scale 1:1, in process data unit rpm",
+            "2031h": "at most 10 bytes",
+            "60C2h": "60C2h Interpolation time period (object)",
+            "1704h": "only in an example",
+        }.items():
+            self.assertIn(expected, " ".join(self.explain(what).split()), what)
+        self.assertNotIn("0 bits", self.explain("1B03h"))
+
     def test_objects_by_family(self):
         for what in ("6040h", "0x6040:0", "0x6040"):
             found = [m for m in self.meanings(what) if m["kind"] == "object"]
