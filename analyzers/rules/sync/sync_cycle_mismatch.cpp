@@ -42,7 +42,7 @@ constexpr FindingKind kSync0AndDrive{
     .message =
         R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
 in {frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns}[ (since {sync0_frame})], but {parameter} as given by
---parameter is {drive_cycle_ns}.)",
+--parameter is {drive_count}. It counts in {count_unit}, so the cycle of the drive is {drive_cycle_ns}.)",
     .next = "Set the same time in both.",
     .identity = "parameter"};
 
@@ -52,7 +52,8 @@ constexpr FindingKind kInterpolationAndDrive{
     .message =
         R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
 in {frame}.] The interpolation time (60C2h) is then {interpolation_ns}[ (since {interpolation_frame})], but
-{parameter} as given by --parameter is {drive_cycle_ns}.)",
+{parameter} as given by --parameter is {drive_count}. It counts in {count_unit}, so the cycle of the drive is
+{drive_cycle_ns}.)",
     .next = "Set the same time in both.",
     .identity = "parameter"};
 
@@ -69,7 +70,8 @@ constexpr FindingKind kProcessData{
     .title = "Process data every {observed_us}, but the configured cycle is {configured_us}",
     .message =
         R"(In OP the outputs of this slave come every {observed_us}. That is the mean of {cycles} from {frame} to
-{end_frame}, by {time_base}. {setting} is {configured_ns} ns.[{?one_per_cycle} The drive needs one frame in each
+{end_frame}, by {time_base}. [{setting} is {drive_count}: it counts in {count_unit}, which gives {configured_ns} ns.]
+[{!drive_count}{setting} is {configured_ns} ns.][{?one_per_cycle} The drive needs one frame in each
 cycle.][{!one_per_cycle} The observed cycle is neither a multiple nor a part of it.])",
     .next = "Let the master run with the configured cycle, or configure the cycle that it runs with."};
 
@@ -228,6 +230,19 @@ class SyncCycleMismatch final : public Rule {
     return one.place == Setting::Place::kSync0 ? kSync0AndDrive : kInterpolationAndDrive;
   }
 
+  /// The parameter of the drive is a number of units, not a time.
+  void SetCount(Finding& finding, TimeNs cycle) const {
+    const TimeNs unit = *context().slave(finding.slave).profile->sync.cycle_base;
+    finding.Set("drive_count", arg::Number(cycle / unit)).Set("count_unit", arg::Text(UnitText(unit)));
+  }
+
+  /// "62.5 us", "250 us"
+  static std::string UnitText(TimeNs unit) {
+    std::string text = std::to_string(unit / 1000);
+    if (unit % 1000 != 0) text += "." + std::to_string(unit % 1000 / 100);
+    return text + " us";
+  }
+
   void SetSetting(Finding& finding, const Setting& setting) const {
     switch (setting.place) {
       case Setting::Place::kSync0:
@@ -239,6 +254,7 @@ class SyncCycleMismatch final : public Rule {
       case Setting::Place::kDrive:
         finding.Set("drive_cycle_ns", arg::Ns(setting.time))
             .Set("parameter", arg::Text(context().slave(finding.slave).profile->sync.cycle_count->keyword));
+        SetCount(finding, setting.time);
         break;
     }
     AddRelated(finding, setting.since);
@@ -279,6 +295,7 @@ class SyncCycleMismatch final : public Rule {
     const auto interpolation = model::InterpolationTime(slave);
     const auto drive = DriveCycle(slave);
     TimeNs configured = 0;
+    bool by_drive = false;
     Value setting = arg::Of(what::kSync0Cycle);
     if (settings && settings->activation.sync0() && settings->sync0_cycle_ns.value_or(0) > 0) {
       configured = *settings->sync0_cycle_ns;
@@ -287,6 +304,7 @@ class SyncCycleMismatch final : public Rule {
       setting = arg::Of(kInterpolation);
     } else if (drive) {
       configured = *drive;
+      by_drive = true;
       setting = arg::Text(slave.profile->sync.cycle_count->keyword);
     }
     if (configured == 0) return;
@@ -324,6 +342,10 @@ class SyncCycleMismatch final : public Rule {
         .Set("end_frame", arg::Frame(outputs.rate.last().number))
         .Set("time_base", arg::Of(WordOf(outputs.rate.base())))
         .Set("one_per_cycle", arg::Flag(NeedsOneFrameACycle(slave)));
+    if (by_drive) {
+      SetCount(finding, configured);
+      finding.reference = ReferenceTo(slave.profile->sync.cycle_base.source);
+    }
     Report(3, std::move(finding));
   }
 
