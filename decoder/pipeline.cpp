@@ -116,7 +116,7 @@ class Pipeline::Impl {
         break;
     }
     if (packet.padding() > 0) ++statistics_.padded_frames;
-    if (packet.esl().present) ++statistics_.esl_frames;
+    if (packet.esl().has_time) ++statistics_.esl_frames;
     ++statistics_.ethercat_frames;
     statistics_.datagrams += packet.size();
   }

@@ -11,15 +11,11 @@ namespace ecaudit {
 namespace {
 
 constexpr std::size_t kPorts = 4;
+constexpr std::size_t kReceiveTimeBytes = 16;
 /// The port through which a frame leaves a slave, after the port at which it came in.
 constexpr std::array<std::uint8_t, 3> kOrder{3, 1, 2};
 /// A cable and a slave take microseconds; what is longer is junk of a port that is not used.
 constexpr std::int64_t kLongestHop = 1'000'000;
-
-bool FramesPass(std::uint16_t dl_status, std::size_t port) {
-  const unsigned bits = dl_status >> (8 + 2 * port);
-  return (bits & 2U) != 0 && (bits & 1U) == 0;
-}
 
 /// A node whose ports after the first may still lead to a slave.
 struct Open {
@@ -89,6 +85,8 @@ void AddDelays(const AnalysisResult& result, TopologySummary& topology) {
 
 Topology::Topology(EventBus& bus) {
   bus.Listen<track::SlaveAccess>(Stage::kBeforeModel, *this, &Topology::On, MemoryRange::Of(0, kCountersEnd));
+  bus.Listen<track::SlaveAccess>(Stage::kBeforeModel, *this, &Topology::OnReceiveTimes,
+                                 MemoryRange::Of(esc::kReceiveTimes, kReceiveTimeBytes));
   bus.ListenTo<track::CaptureGap>(Stage::kBeforeModel, *this);
 }
 
@@ -103,10 +101,23 @@ void Topology::On(const track::SlaveAccess& access) {
   if (access.address + access.length() > kCounters) OnCounters(Get(access.slave), access);
 }
 
+void Topology::OnReceiveTimes(const track::SlaveAccess& access) {
+  Slave& slave = Get(access.slave);
+  slave.use.OnWrite(access);
+  OnPorts(slave, access);
+}
+
+/// @param access reads DL status or receive times
+void Topology::OnPorts(Slave& slave, const track::SlaveAccess& access) {
+  slave.use.OnRead(access);
+  if (const auto entry = slave.use.entry()) slave.node.entry_port = entry->port;
+}
+
 void Topology::On(const track::CaptureGap& gap) {
   if (!gap.certain) return;
   for (Slave& slave : slaves_) {
     slave.links.reset();
+    slave.use.Forget();
     slave.counters = {};
   }
 }
@@ -114,6 +125,7 @@ void Topology::On(const track::CaptureGap& gap) {
 void Topology::OnDlStatus(Slave& slave, const track::SlaveAccess& access) {
   const ByteSpan low = access.Covered(access.read, esc::kDlStatus, 1);
   if (low.empty()) return;
+  OnPorts(slave, access);
   TopologyNode& node = slave.node;
   ++node.dl_status_reads;
   const auto links = static_cast<std::uint8_t>(low[0] >> 4U);
@@ -130,14 +142,14 @@ void Topology::OnDlStatus(Slave& slave, const track::SlaveAccess& access) {
   const ByteSpan word = access.Covered(access.read, esc::kDlStatus, 2);
   unsigned open = 0;
   const std::uint16_t status = word.empty() ? std::uint16_t{0} : LittleEndian<std::uint16_t>(word, 0);
-  for (std::size_t port = 0; port < kPorts; ++port) open += FramesPass(status, port) ? 1U : 0U;
+  for (std::size_t port = 0; port < kPorts; ++port) open += model::FramesPass(status, port) ? 1U : 0U;
   // Masters close ports while they scan, and links drop: the read with most ports open shows what is plugged in.
   if (node.dl_status_frame != 0 && (word.empty() || open <= slave.most_open)) return;
   node.dl_status_frame = access.frame().number;
   slave.most_open = open;
   for (std::size_t port = 0; port < kPorts; ++port) {
     node.ports[port].link = (links >> port & 1U) != 0;
-    if (!word.empty()) node.ports[port].communication = FramesPass(status, port);
+    if (!word.empty()) node.ports[port].communication = model::FramesPass(status, port);
   }
 }
 

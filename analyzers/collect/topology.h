@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "analyzers/collect/collector.h"
+#include "analyzers/model/port_use.h"
 #include "analyzers/wiring/event_bus.h"
 #include "decoder/track/access.h"
 #include "decoder/track/events.h"
@@ -26,6 +27,8 @@ class Topology final : public Collector {
   explicit Topology(EventBus& bus);
 
   void On(const track::SlaveAccess& access);
+  /// Receive times of the ports.
+  void OnReceiveTimes(const track::SlaveAccess& access);
   /// After a capture gap there may be another capture.
   void On(const track::CaptureGap& gap);
   void Summarise(AnalysisResult& result) override;
@@ -39,11 +42,13 @@ class Topology final : public Collector {
     std::optional<std::uint8_t> links;  ///< bits 4-7 of DL status, as last read
     FrameRef links_read;
     unsigned most_open = 0;
+    model::PortUse use;
     std::array<std::optional<std::uint8_t>, kCountersEnd - kCounters> counters{};
     FrameRef counters_read;
   };
 
   Slave& Get(SlaveId slave);
+  static void OnPorts(Slave& slave, const track::SlaveAccess& access);
   static void OnDlStatus(Slave& slave, const track::SlaveAccess& access);
   static void OnCounters(Slave& slave, const track::SlaveAccess& access);
 

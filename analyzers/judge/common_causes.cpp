@@ -345,6 +345,11 @@ struct Law {
   bool by_warning = false;                                              ///< a warning may cause an error
 };
 
+/// The outputs that the watchdog misses are the ones that never counted.
+bool CountsNoOutputs(const Finding&, const Finding& cause) {
+  return CodeOf(cause, "direction") != "inputs";
+}
+
 /// Nearest first: of several causes the first row that fits counts.
 constexpr std::array kLaws{
     Law{"sync-lost", "sync-cycle-mismatch", -1, nullptr},
@@ -398,6 +403,7 @@ constexpr std::array kLaws{
     Law{"al-refused", "wkc-never-right", -1, NamesWatchdog},
     Law{"al-unexpected-change", "wkc-never-right", -1, NamesWatchdog},
     Law{"al-timeout", "wkc-never-right", -1, RequestsOp},
+    Law{"sync-watchdog-margin", "wkc-never-right", -1, nullptr, Bus::kNo, CountsNoOutputs},
     Law{"wkc-never-right", "fmmu-mismatch", -1},
     Law{"wkc-never-right", "sm-process-config", -1},
     Law{"drive-no-reaction", "drive-not-enabled", -1, nullptr, Bus::kNo, Overlaps},

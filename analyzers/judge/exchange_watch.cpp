@@ -15,7 +15,7 @@ constexpr TimeNs kLong = 500'000'000;
 bool MapsMailbox(const track::SlaveState& state, const esc::Fmmu& fmmu) {
   for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
     const auto manager = state.sync_manager(n, Certainty::kInferred);
-    if (manager && manager->mailbox() && manager->Touches(fmmu.physical_start, fmmu.length)) return true;
+    if (manager && esc::IsMailbox(n, *manager) && manager->Touches(fmmu.physical_start, fmmu.length)) return true;
   }
   return false;
 }

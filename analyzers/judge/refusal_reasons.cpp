@@ -90,6 +90,8 @@ constexpr Word kWhyWriteIgnored{"write-ignored", "sync manager written while ena
 constexpr Word kWhyLrwNotSupported{"lrw-not-supported", "the slave does not support LRW"};
 constexpr Word kWhyNoOutputs{"no-outputs", "no outputs reach the slave"};
 constexpr Word kWhyNoInputs{"no-inputs", "the slave gives no inputs"};
+constexpr Word kWhyRxCount{"rx-count-exceeds-entries", "1C12h:0 counts more PDOs than shown"};
+constexpr Word kWhyTxCount{"tx-count-exceeds-entries", "1C13h:0 counts more PDOs than shown"};
 constexpr Word kWhyWatchdogZero{"watchdog-zero", "watchdog time is 0"};
 constexpr Word kWhySyncLeftOn{"sync-left-on", "SYNC0 left on by the last run"};
 constexpr Word kWhySyncOff{"sync-off", "SYNC0 is not active"};
@@ -281,6 +283,29 @@ void CheckLengths(const Case& of, Outcome& found) {
     if (manager->length != layout.bytes_of(n)) return;
   }
   found.Right(kLengths);
+}
+
+/// Subindex 0 of an assignment that the master wrote counts more PDOs than the capture shows in the list.
+void CheckCount(const Case& of, Outcome& found, std::uint16_t assignment) {
+  const process::PdoObject* const list = of.model.process.seen().Find(assignment);
+  const model::ObjectValue* const count = of.model.objects.Find(assignment, 0);
+  if (list == nullptr || count == nullptr || !count->written || count->raw > 0xFF || !of.Counts(count->since)) return;
+  const std::uint8_t* const counted = list->count.if_observed();
+  const std::uint8_t shown = list->values.empty() ? std::uint8_t{0} : list->values.rbegin()->first;
+  if (counted == nullptr || *counted != count->raw || shown >= *counted) return;
+  Arguments arguments{{"object", arg::Object(assignment, 0)},
+                      {"entries", arg::Count(*counted, "entry")},
+                      {"count_frame", arg::Frame(count->since)}};
+  if (shown > 0) arguments.Set("shown", arg::Count(shown, "entry"));
+  found.May(refusal::kCountExceeds, assignment == process::kTxAssignment ? kWhyTxCount : kWhyRxCount,
+            std::move(arguments));
+}
+
+void CheckOutputCount(const Case& of, Outcome& found) {
+  CheckCount(of, found, process::kRxAssignment);
+}
+void CheckInputCount(const Case& of, Outcome& found) {
+  CheckCount(of, found, process::kTxAssignment);
 }
 
 void CheckLrw(const Case& of, Outcome& found) {
@@ -583,11 +608,11 @@ constexpr std::array kRows{
     Row{0x0019, {CheckLrw, CheckOutputs}},
     Row{0x001A, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
     Row{0x001B, {CheckLrw, CheckOutputs}},
-    Row{0x001D, {CheckOutputsIgnored, CheckLengths}},
-    Row{0x001E, {CheckInputsIgnored, CheckLengths}},
+    Row{0x001D, {CheckOutputsIgnored, CheckOutputCount, CheckLengths}},
+    Row{0x001E, {CheckInputsIgnored, CheckInputCount, CheckLengths}},
     Row{0x001F, {CheckWatchdog}},
-    Row{0x0024, {CheckInputsIgnored, CheckLengths}},
-    Row{0x0025, {CheckOutputsIgnored, CheckLengths}},
+    Row{0x0024, {CheckInputsIgnored, CheckInputCount, CheckLengths}},
+    Row{0x0025, {CheckOutputsIgnored, CheckOutputCount, CheckLengths}},
     Row{0x0026, {CheckSyncTypes, CheckSyncCycle, CheckLengths}},
     Row{0x0027, {CheckSyncActive, CheckSyncTypes}},
     Row{0x0028, {CheckSyncUnsupported, CheckSyncTypes}},

@@ -64,6 +64,10 @@ inline constexpr NoteKind kInputsNotRead{
     "inputs-not-read",
     "The slave gave no inputs since {since}: the working counter of {missed} does not count them (the last in "
     "{last_missed})."};
+inline constexpr NoteKind kCountExceeds{
+    "count-exceeds-entries",
+    "{object} counts {entries} since {count_frame}, but the capture shows only [{shown}][{!shown}no entry]. The slave "
+    "may have no PDO for the others, which may be the reason."};
 inline constexpr NoteKind kWatchdogZero{
     "watchdog-zero",
     "The process data watchdog time {register} is 0, but SM{sync_manager} triggers the watchdog (bit 6 of its control "
@@ -109,12 +113,30 @@ inline constexpr NoteKind kModuleCountDiffers{
     "{detected_frame})."};
 inline constexpr NoteKind kChecked{"checked", "Checked and right: {checked}."};
 
-inline constexpr const NoteKind* kNotes[] = {
-    &kMailboxNeverSet, &kMailboxOff,         &kMailboxUnseen,   &kNoMailboxInEeprom,  &kBootstrapMailbox,
-    &kWriteIgnored,    &kLrwUnsupported,     &kOutputsNotSent,  &kOutputsNotAccepted, &kInputsNotRead,
-    &kWatchdogZero,    &kSyncLeftOn,         &kSyncOff,         &kSyncOffAtRequest,   &kSyncOn,
-    &kSyncCycleZero,   &kSyncCycleTooShort,  &kSyncTypeDiffers, &kRateDiffers,        &kEepromHeld,
-    &kModuleDiffers,   &kModuleCountDiffers, &kChecked};
+inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,
+                                             &kMailboxOff,
+                                             &kMailboxUnseen,
+                                             &kNoMailboxInEeprom,
+                                             &kBootstrapMailbox,
+                                             &kWriteIgnored,
+                                             &kLrwUnsupported,
+                                             &kOutputsNotSent,
+                                             &kOutputsNotAccepted,
+                                             &kInputsNotRead,
+                                             &kWatchdogZero,
+                                             &kSyncLeftOn,
+                                             &kSyncOff,
+                                             &kSyncOffAtRequest,
+                                             &kSyncOn,
+                                             &kSyncCycleZero,
+                                             &kSyncCycleTooShort,
+                                             &kSyncTypeDiffers,
+                                             &kRateDiffers,
+                                             &kEepromHeld,
+                                             &kModuleDiffers,
+                                             &kModuleCountDiffers,
+                                             &kCountExceeds,
+                                             &kChecked};
 
 /// The notes of a rule together with these.
 template <std::size_t N>

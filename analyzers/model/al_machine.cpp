@@ -169,9 +169,11 @@ void AlMachine::OnRequest(const track::AlRequest& request) {
   if (request.acceptance == track::Acceptance::kRefused) return;  // the slave has not read the one before yet
 
   ++requests_;
+  const std::optional<esc::AlWord> before = control_;
   control_ = request.control;
   control_since_ = number;
-  const AlRequestRecord record = Assess(request);
+  AlRequestRecord record = Assess(request);
+  record.before = before;
   AlRequestJudged event;
   event.slave = slave_;
   event.request = record;

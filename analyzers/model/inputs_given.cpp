@@ -46,7 +46,7 @@ bool AllInputsGiven(const LogicalExpectation& expectation, const std::deque<Slav
     ++any.inputs;
     ++any.miss;
     if (!share.outputs) ++any.miss_nothing;
-    if (!share.mailbox_only && !MayBeBelow(al)) continue;
+    if (!share.mailbox_only && !share.inputs_one_buffer && !MayBeBelow(al)) continue;
     ++by_state.miss;
     if (!takes) ++by_state.miss_nothing;
   }

@@ -24,6 +24,10 @@ bool IsRefused(const track::KnownFmmus& known, std::optional<std::uint8_t> manag
   return settings && settings->enabled() && settings->ecat_writes() != write;
 }
 
+bool IsOneBuffer(const track::KnownFmmus& known, std::optional<std::uint8_t> manager) {
+  return manager && known.managers[*manager]->enabled() && esc::IsOneBuffer(*manager, *known.managers[*manager]);
+}
+
 /// The part of one slave; neither inputs nor outputs: none.
 LogicalShare ShareOf(SlaveId id, const track::KnownFmmus& known, const LogicalKind& kind) {
   LogicalShare share;
@@ -33,7 +37,8 @@ LogicalShare ShareOf(SlaveId id, const track::KnownFmmus& known, const LogicalKi
     if (overlap.empty()) continue;
     const std::optional<std::uint8_t> manager = ManagerBehind(known, fmmu);
     if (fmmu.reads() && kind.command != wire::Command::LWR && !IsRefused(known, manager, false)) {
-      const bool mailbox = manager && known.managers[*manager]->mailbox();
+      const bool mailbox = manager && esc::IsMailbox(*manager, *known.managers[*manager]);
+      share.inputs_one_buffer = share.inputs_one_buffer || IsOneBuffer(known, manager);
       share.mailbox_only = mailbox && (share.mailbox_only || !share.inputs);
       if (!mailbox || share.mailbox_only) share.input_manager = manager;
       share.inputs = true;
@@ -46,6 +51,7 @@ LogicalShare ShareOf(SlaveId id, const track::KnownFmmus& known, const LogicalKi
       }
     }
     if (fmmu.writes() && kind.command != wire::Command::LRD && !IsRefused(known, manager, true)) {
+      share.outputs_one_buffer = share.outputs_one_buffer || IsOneBuffer(known, manager);
       share.outputs = true;
       share.output_manager = manager;
     }
@@ -137,7 +143,8 @@ CounterRange RangeOf(const LogicalExpectation& expectation, wire::Command comman
     range.most = static_cast<std::uint16_t>(range.most + worth);
     if (!slaves[share.slave].al.SettledIn(esc::AlState::OP)) continue;
     LogicalShare certain = share;
-    certain.inputs = share.inputs && !share.mailbox_only;
+    certain.inputs = share.inputs && !share.mailbox_only && !share.inputs_one_buffer;
+    certain.outputs = share.outputs && !share.outputs_one_buffer;
     range.least = static_cast<std::uint16_t>(range.least + WorthOf(certain, command));
   }
   return range;

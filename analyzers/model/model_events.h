@@ -55,8 +55,9 @@ enum class AlVerdict : std::uint8_t {
 /// One request as the machine remembers it.
 struct AlRequestRecord {
   esc::AlWord control;
-  FrameRef frame;  ///< first time it was written
-  FrameRef last;   ///< last repetition
+  std::optional<esc::AlWord> before;  ///< AL Control as the slave took it before, where that is known
+  FrameRef frame;                     ///< first time it was written
+  FrameRef last;                      ///< last repetition
   std::uint32_t repetitions = 0;
   AlVerdict verdict = AlVerdict::kUnknown;
   std::uint8_t from = 0;                             ///< state before, 0 unless exactly one is possible

@@ -20,8 +20,10 @@ constexpr EscAddress kProcessMemory = 0x1000;
 constexpr std::size_t kMaxPieces = 256;  // of one slave in an ENI; a slave has at most as many sync managers
 
 bool InMailbox(const track::KnownFmmus& known, const esc::Fmmu& fmmu) {
-  for (const auto& manager : known.managers) {
-    if (manager && manager->enabled() && manager->mailbox() && manager->Touches(fmmu.physical_start, fmmu.length)) {
+  for (std::size_t n = 0; n < known.managers.size(); ++n) {
+    const auto& manager = known.managers[n];
+    if (manager && manager->enabled() && esc::IsMailbox(n, *manager) &&
+        manager->Touches(fmmu.physical_start, fmmu.length)) {
       return true;
     }
   }
@@ -504,7 +506,7 @@ void ProcessImage::BuildDirect(Entry& entry, SlaveId slave, EscAddress address) 
   const track::KnownFmmus& known = network_.fmmus(slave);
   for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
     const auto& manager = known.managers[n];
-    if (!manager || !manager->enabled() || !manager->buffered() || manager->start < kProcessMemory ||
+    if (!manager || !manager->enabled() || !esc::IsProcessData(n, *manager) || manager->start < kProcessMemory ||
         !manager->Touches(address, entry.kind.length)) {
       continue;
     }

@@ -217,6 +217,7 @@ ObjectInfo ObjectNames::FindWhole(const DeviceDescription* profile, std::uint16_
   const auto head = [&](const DeviceDescription* from, NameSource source) {
     if (from == nullptr || !info.name.empty()) return;
     const DictionaryObject* row = from->dictionary ? from->dictionary->FindIndex(index) : nullptr;
+    if (row == nullptr && from->drive) row = device::FindObjectHead(from->drive->objects, index);
     if (row == nullptr) row = from->object(index, 0);
     if (row == nullptr || row->name.empty()) return;
     info.name = row->name;

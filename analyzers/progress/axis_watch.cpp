@@ -17,7 +17,7 @@ static_assert(kTargets.size() == kQuantityCount && kActuals.size() == kQuantityC
 void AxisWatch::SetDrive(const device::DriveProfile* drive) {
   if (drive_ == drive) return;
   drive_ = drive;
-  reserved_control_mask_ = 0;
+  reserved_control_mask_ = level_mask_ = level_ = 0;
   if (drive == nullptr) return;
   const auto mask = [](const std::vector<device::WordBit>& bits) {
     unsigned reserved = 0;
@@ -27,6 +27,11 @@ void AxisWatch::SetDrive(const device::DriveProfile* drive) {
     return static_cast<std::uint16_t>(reserved);
   };
   reserved_control_mask_ = mask(drive->control_bits);
+  for (const device::WordBit& bit : drive->status_bits) {
+    if (!bit.level) continue;
+    level_mask_ = static_cast<std::uint16_t>(level_mask_ | 1U << bit.bit);
+    if (*bit.level != 0) level_ = static_cast<std::uint16_t>(level_ | 1U << bit.bit);
+  }
 }
 
 void AxisWatch::NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16_t word, const FrameRef& frame) {
@@ -214,6 +219,11 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   if (drive_ == nullptr) return;
   now_.state = drive_->StateOf(*now_.status);
   if (!now_.state) return;
+  // 0 may mean that no inputs were valid yet.
+  if (now_.in_op == InOp::kYes && *now_.status != 0 && odd_status_.bits == 0) {
+    const auto odd = static_cast<std::uint16_t>((*now_.status ^ level_) & level_mask_);
+    if (odd != 0) odd_status_ = {odd, *now_.status, frame};
+  }
   if (now_.state != last_state_) {
     now_.state_changed = true;
     now_.state_before = last_state_;

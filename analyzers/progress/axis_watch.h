@@ -74,6 +74,8 @@ class AxisWatch {
     FrameRef frame;
   };
   [[nodiscard]] const Reserved& reserved_control() const { return reserved_control_; }
+  /// Likewise the first status word of a state in OP with bits of another level than the manual binds them to.
+  [[nodiscard]] const Reserved& odd_status() const { return odd_status_; }
 
   /// A word was seen while the slave certainly was in OP.
   [[nodiscard]] bool seen_in_op() const { return seen_in_op_; }
@@ -132,6 +134,8 @@ class AxisWatch {
   const device::DriveProfile* drive_ = nullptr;
   std::uint16_t reserved_control_mask_ = 0;
   Reserved reserved_control_;
+  std::uint16_t level_mask_ = 0, level_ = 0;  ///< bits of the status word that the manual binds to a level
+  Reserved odd_status_;
   AxisView now_;
   bool seen_in_op_ = false;
   bool control_seen_ = false, status_seen_ = false, status_mapped_ = false;

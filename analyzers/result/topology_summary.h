@@ -49,6 +49,9 @@ struct TopologyNode {
   Above above = Above::kUnknown;
   std::size_t parent = 0;                   ///< where `above` is kSlave
   std::optional<std::uint8_t> parent_port;  ///< unset: of the master, or not known
+  /// Frames enter here and not at port 0: its cables are swapped. Slaves at its port 0 come before it in the order of
+  /// positions.
+  std::optional<std::uint8_t> entry_port;
   std::optional<std::int64_t> delay_ns;     ///< from the slave above, as the master wrote it (0x0928)
   std::optional<std::int64_t> measured_ns;  ///< from the slave above, by the receive times of the ports
 };

@@ -8,6 +8,8 @@
 #include "cli/stream/json_line.h"
 #include "cli/stream/stream_run.h"
 #include "decoder/base/wrapping.h"
+#include "decoder/esc/register_map.h"
+#include "decoder/esc/sync_manager.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -41,7 +43,8 @@ class DatagramWriter final : public LineWriter {
     seconds_.clear();
     if (since_start) AppendSeconds(seconds_, *since_start);
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      DatagramRow row{frame, frame[i], seen.direction, since_start, seconds_, std::nullopt, context_->time()};
+      DatagramRow row{frame,    frame[i],     seen.direction, since_start,
+                      seconds_, std::nullopt, std::nullopt,   context_->time()};
       if (!Resolve(row)) continue;
       for (LineTarget& target : context_->targets) Write(row, target);
     }
@@ -84,6 +87,7 @@ class DatagramWriter final : public LineWriter {
       row.slave = PositionOf(row);
       if (row.slave) slave = network.slaves().AtPosition(*row.slave);
     }
+    row.mailbox = MailboxOf(row, slave);
     if (context_->settings.slaves.empty()) return true;
     for (const SlaveSelector& selector : context_->settings.slaves) {
       if (!selector.by_address && row.slave && *row.slave == selector.value) return true;
@@ -91,6 +95,20 @@ class DatagramWriter final : public LineWriter {
       if (address != 0 && wire::IsNodeAddressed(d.command()) && d.adp() == address) return true;
     }
     return slave != kNoSlave && SelectsSlave(context_->settings.slaves, network, slave);
+  }
+
+  /// The mailbox that a datagram accesses from its first byte on, as far as the sync managers are in the capture.
+  [[nodiscard]] std::optional<mailbox::Direction> MailboxOf(const DatagramRow& row, SlaveId slave) const {
+    const wire::DatagramView& d = row.datagram;
+    if (slave == kNoSlave || d.ado() < esc::kProcessRam) return std::nullopt;
+    const track::SlaveState& state = pipeline_->network().state(slave);
+    for (const std::size_t n : {std::size_t{0}, std::size_t{1}}) {
+      const std::optional<esc::SyncManager> manager = state.sync_manager(n, Certainty::kInferred);
+      if (!manager || !manager->mailbox() || manager->start != d.ado()) continue;
+      if (manager->ecat_writes() && wire::Writes(d.command())) return mailbox::Direction::kOut;
+      if (manager->ecat_reads() && wire::Reads(d.command())) return mailbox::Direction::kIn;
+    }
+    return std::nullopt;
   }
 
   /// The position that a position-addressed datagram means: 0 minus the address sent. Each slave passed adds one.

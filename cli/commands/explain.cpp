@@ -1,6 +1,5 @@
 /// `ecaudit explain WHAT`: one rule with cause, remedy and manual section; or the meaning of a number, with its source.
 #include <algorithm>
-#include <cctype>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -165,6 +164,7 @@ class ExplainCommand : public Command {
         "  6041h=0x1237           value of an object: state and bits\n"
         "  6041, 1C12:1, 27       the same without a mark; 27 is a code in decimal and in hexadecimal\n"
         "  0x0130, 0x0810         register with its bits\n"
+        "  PARAMETER              parameter or command of a drive, as its manual names it\n"
         "  FPRD                   datagram command\n"
         "  SAFEOP, SAFEOP+ERR     AL state\n"
         "  enabled, sync          rung of the ladder under Progress: what it needs and what may hold it\n"
@@ -183,7 +183,8 @@ class ExplainCommand : public Command {
     const Result<Families> families = AskedFamilies(*known);
     if (!families) return Fail(console, families.error());
     std::vector<Meaning> meanings = LookUp(what, *families);
-    if (meanings.empty() || IsName(what)) lookup::AddMentions(what, *families, *known, meanings);
+    // Parameters are also mentioned in rows of other names: bits of objects, files.
+    if (meanings.empty() || what.find('.') != std::string::npos) lookup::AddMentions(what, *families, *known, meanings);
     if (meanings.empty()) return Unknown(console, what);
     return output_.Print(
         console, [&meanings](bool color) { return MeaningsText(meanings, color); },
@@ -199,12 +200,6 @@ class ExplainCommand : public Command {
       families.push_back(registry.Find(name));
     }
     return families;
-  }
-
-  /// What only a manual names: "F28", "FBUS.PARAM05". Numbers and objects have pages of their own.
-  [[nodiscard]] static bool IsName(std::string_view what) {
-    return !what.empty() && std::isalpha(static_cast<unsigned char>(what.front())) != 0 &&
-           std::any_of(what.begin(), what.end(), [](unsigned char c) { return std::isdigit(c) != 0 || c == '.'; });
   }
 
   [[nodiscard]] static ExitStatus Unknown(Console& console, const std::string& what) {

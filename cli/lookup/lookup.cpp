@@ -127,6 +127,7 @@ std::vector<Meaning> LookUp(std::string_view what, const Families& families) {
     lookup::AddMailboxError(word, out);
   };
   if (form.number) lookup::AddDriveNumber(form.letter, *form.number, families, out);
+  if (form.letter != 0 && form.number) lookup::AddNamed(what, families, out);
   if (form.number && form.letter == 0 && *form.number <= 0xFF) {
     // Masters print status codes in both forms, and a number does not show which one it is.
     const auto decimal = static_cast<std::uint16_t>(*form.number);
@@ -147,6 +148,7 @@ std::vector<Meaning> LookUp(std::string_view what, const Families& families) {
   lookup::AddCommand(upper, out);
   lookup::AddAlState(upper, families, out);
   lookup::AddProgress(what, out);
+  if (out.empty()) lookup::AddNamed(what, families, out);
   return out;
 }
 

@@ -39,6 +39,7 @@ using Families = std::vector<const device::DeviceDescription*>;
 ///   "6041h=0x1237"              a value of an object, with its bits
 ///   "6041", "1C12:1", "27"      the same without a mark: hexadecimal, and as a code decimal, too
 ///   "PREOP", "PREOP+ERR"        AL state
+///   a parameter, a command      as a manual names it
 ///   "enabled"                   rung of the progress ladder
 ///   "axis does not move"        question that the rungs answer
 [[nodiscard]] std::vector<Meaning> LookUp(std::string_view what, const Families& families);

@@ -1,5 +1,6 @@
 /// Objects by family: names, types, access, and for the words of a drive their bits.
 #include <algorithm>
+#include <cctype>
 
 #include "analyzers/objects/object_names.h"
 #include "cli/lookup/meanings.h"
@@ -14,6 +15,8 @@ using device::DictionaryObject;
 
 /// A long array is the same row again and again; a page shows the first ones.
 constexpr std::size_t kMostRows = 40;
+/// The families that have no bits of their own inherit those of the standard.
+constexpr std::uint16_t kErrorRegister = 0x1001;
 
 void Join(std::string& text, std::string_view part) {
   if (part.empty()) return;
@@ -109,8 +112,8 @@ std::string BitsName(unsigned first, unsigned last) {
   return first == last ? "bit " + std::to_string(first) : "bits " + std::to_string(first) + "-" + std::to_string(last);
 }
 
-/// Bits and values of objects that are no word of the state machine: of the object itself, of the fieldbus parameter
-/// that it holds, and of the latch.
+/// Bits and values of objects that are no word of the state machine: of the object itself, and of the fieldbus
+/// parameter that it holds.
 void AddObjectBits(const DeviceDescription& family, const std::string& name, std::uint16_t index,
                    std::optional<std::uint8_t> subindex, std::vector<Statement>& out) {
   for (const device::ObjectBits& row : family.object_bits) {
@@ -131,38 +134,64 @@ void AddObjectBits(const DeviceDescription& family, const std::string& name, std
       out.push_back({name, text + ": " + row.meaning, row.note, row.source});
     }
   }
-  if (!family.latch || subindex.value_or(0) != 0) return;
-  const bool control = index == family.latch->control_object;
-  if (!control && index != family.latch->status_object) return;
-  for (const device::LatchField& row : control ? family.latch->control : family.latch->status) {
-    std::string text = BitsName(row.first, row.last);
-    if (row.value != 0) text += ", value " + Hex(row.value);
-    out.push_back({name, text + ": " + (row.reserved ? "reserved" : row.meaning), row.note, row.source});
-  }
-}
-
-/// What the bits 4 to 6 of the control word mean in each mode.
-void AddModeBits(const std::string& name, const device::DriveProfile& drive, std::vector<Statement>& out) {
-  for (const device::ModeBits& row : drive.mode_bits) {
-    const auto bit = [](const std::string& text) { return text.empty() ? std::string("not printed") : text; };
-    out.push_back({name,
-                   "mode " + std::to_string(row.mode) + " " + row.name + ": bit 4 " + bit(row.bit4) + ", bit 5 " +
-                       bit(row.bit5) + ", bit 6 " + bit(row.bit6),
-                   row.note, row.source});
-  }
 }
 
 void AddModes(const std::string& name, const device::DriveProfile& drive, std::vector<Statement>& out) {
   for (const device::OperationMode& mode : drive.modes) {
-    std::string text = "value " + std::to_string(mode.value) + ": " + mode.name;
-    if (mode.opmode) Join(text, drive.opmode_keyword + " " + std::to_string(*mode.opmode));
-    if (mode.cmdsource) Join(text, drive.cmdsource_keyword + " " + std::to_string(*mode.cmdsource));
-    std::string objects;
-    for (const device::ObjectAddress& object : mode.set_points) {
-      objects += (objects.empty() ? "" : " or ") + ObjectName(object.index, object.subindex);
+    out.push_back({name, "value " + std::to_string(mode.value) + ": " + ModeText(drive, mode), mode.note, mode.source});
+  }
+}
+
+/// "mode 6 (Homing): bit 4 homing_operation_start, bit 5 reserved, bit 6 reserved"
+void AddModeBits(const std::string& name, const device::DriveProfile& drive, std::vector<Statement>& out) {
+  for (const device::ModeBits& row : drive.mode_bits) {
+    std::string bits;
+    if (!row.bit4.empty()) Join(bits, "bit 4 " + row.bit4);
+    if (!row.bit5.empty()) Join(bits, "bit 5 " + row.bit5);
+    if (!row.bit6.empty()) Join(bits, "bit 6 " + row.bit6);
+    out.push_back({name, "mode " + std::to_string(row.mode) + " (" + row.name + "): " + bits, row.note, row.source});
+  }
+}
+
+/// "Quick stop: bit 2 = 0, bit 1 = 1; transitions 7, 10, 11", and what each edge does.
+void AddCommands(const std::string& name, const device::DriveProfile& drive, std::vector<Statement>& out) {
+  for (const device::DriveCommand& row : drive.commands) {
+    std::string bits;
+    for (unsigned bit = 16; bit-- > 0;) {
+      if ((row.mask >> bit & 1U) == 0) continue;
+      const bool rises = (row.rising >> bit & 1U) != 0;
+      const bool falls = (row.falling >> bit & 1U) != 0;
+      Join(bits, "bit " + std::to_string(bit) +
+                     (rises   ? " rises"
+                      : falls ? " falls"
+                              : " = " + std::to_string(row.value >> bit & 1U)));
     }
-    if (!objects.empty()) Join(text, "set point " + objects);
-    out.push_back({name, text, mode.note, mode.source});
+    std::string transitions;
+    for (const std::uint8_t number : row.transitions) Join(transitions, std::to_string(number));
+    out.push_back({name,
+                   "command " + row.name + ": " + (bits.empty() ? "any word" : bits) + "; " +
+                       (row.transitions.size() == 1 ? "transition " : "transitions ") + transitions,
+                   row.note, row.source});
+  }
+  for (const device::EdgeAction& row : drive.edge_actions) {
+    std::string text =
+        std::string(row.rising ? "rising" : "falling") + " edge of bit " + std::to_string(row.bit) + ": " + row.action;
+    if (!row.condition.empty()) text += "; condition: " + row.condition;
+    out.push_back({name, text, row.note, row.source});
+  }
+}
+
+/// The bits of a latch word.
+void AddLatchBits(const std::string& name, const device::LatchDescription& latch, std::uint16_t index,
+                  std::vector<Statement>& out) {
+  const bool control = index == latch.control_object;
+  if (!control && index != latch.status_object) return;
+  out.push_back({name, control ? "latch control word" : "latch status word", latch.note, latch.source});
+  for (const device::LatchField& row : control ? latch.control : latch.status) {
+    std::string text = row.first == row.last ? "bit " + std::to_string(row.first)
+                                             : "bits " + std::to_string(row.first) + "-" + std::to_string(row.last);
+    if (!row.reserved) text += " (word & " + Hex(row.mask) + ") = " + Hex(row.value);
+    out.push_back({name, text + ": " + row.meaning, row.note, row.source});
   }
 }
 
@@ -171,8 +200,11 @@ void AddDriveWords(const DeviceDescription& family, const std::string& name, con
                    std::uint16_t index, std::vector<Statement>& out) {
   if (!family.drive) return;
   std::vector<Statement> rows;
-  if (index == 0x6040) AddWordBits(name, family.drive->control_bits, rows);
-  if (index == 0x6040) AddModeBits(name, *family.drive, rows);
+  if (index == 0x6040) {
+    AddWordBits(name, family.drive->control_bits, rows);
+    AddModeBits(name, *family.drive, rows);
+    AddCommands(name, *family.drive, rows);
+  }
   if (index == 0x6041) {
     for (const device::DriveStateRow& row : family.drive->states) {
       rows.push_back({name,
@@ -186,8 +218,11 @@ void AddDriveWords(const DeviceDescription& family, const std::string& name, con
   // A family without a statement of its own repeats the standard.
   if (standard != nullptr && standard != &*family.drive) {
     std::vector<Statement> common;
-    if (index == 0x6040) AddWordBits(name, standard->control_bits, common);
-    if (index == 0x6040) AddModeBits(name, *standard, common);
+    if (index == 0x6040) {
+      AddWordBits(name, standard->control_bits, common);
+      AddModeBits(name, *standard, common);
+      AddCommands(name, *standard, common);
+    }
     if (index == 0x6041) AddWordBits(name, standard->status_bits, common);
     if (index == 0x6060 || index == 0x6061) AddModes(name, *standard, common);
     rows.erase(std::remove_if(rows.begin(), rows.end(),
@@ -206,26 +241,48 @@ void AddPdos(const DeviceDescription& family, const std::string& name, std::uint
   if (const device::PdoContent* pdo = family.pdo.FindFixed(index)) {
     std::string text = std::string(pdo->direction == device::PdoDirection::kRx ? "RxPDO" : "TxPDO");
     if (!pdo->name.empty()) text += " " + pdo->name;
-    text += pdo->known ? ", " + std::to_string(pdo->bits()) + " bits:" : ":";
+    if (pdo->known) text += ", " + std::to_string(pdo->bits()) + " bits:";
     for (const device::PdoEntry& entry : pdo->entries) {
       text += " " + (entry.index == 0 ? std::string("padding") : ObjectName(entry.index, entry.subindex)) + " " +
               (entry.name.empty() ? "" : entry.name + " ") + "(" + std::to_string(entry.bits) + ")" +
               (&entry == &pdo->entries.back() ? "" : ",");
     }
-    if (!pdo->known) text += " content not in the manual";
+    if (!pdo->known) text += ", content not in the manual";
     out.push_back({name, text, pdo->note, pdo->source});
   }
   for (const device::SelectablePdo& row : family.pdo.selectable) {
-    if (row.index != index || family.pdo.FindFixed(index) != nullptr) continue;
-    const std::string direction = row.direction == device::PdoDirection::kRx ? "RxPDO" : "TxPDO";
-    out.push_back(
-        {name, direction + (row.example_only ? ", only in an example" : ", may be assigned"), row.note, row.source});
+    if (row.index != index || !row.example_only) continue;
+    out.push_back({name, "appears in an example only", row.note, row.source});
   }
   for (const device::CyclicObject& row : family.pdo.cyclic) {
     if (row.index != index || (subindex && row.subindex != *subindex)) continue;
     std::string text = (row.subindex == 0 ? "" : ":" + std::to_string(row.subindex) + " ") + row.name;
     Join(text, row.type == device::DataType::kUnknown ? std::string_view() : device::DataTypeName(row.type));
     Join(text, row.direction == device::PdoDirection::kRx ? "cyclic from the master" : "cyclic from the drive");
+    out.push_back({name, text, row.note, row.source});
+  }
+}
+
+/// Parameters of the synchronisation that SDO reaches in the object.
+void AddParameters(const DeviceDescription& family, const std::string& name, std::uint16_t index,
+                   std::optional<std::uint8_t> subindex, std::vector<Statement>& out) {
+  if (!family.sync.source.starts_with(family.document)) return;
+  for (const device::DriveParameter* row : family.sync.DriveParameters()) {
+    if (!row->object || row->object->index != index || (subindex && row->object->subindex != *subindex)) continue;
+    std::string text = row->object->subindex == 0 ? "" : ":" + std::to_string(row->object->subindex) + " ";
+    text += "parameter " + row->keyword;
+    if (row->object_inferred) text += " (object of a sister family)";
+    out.push_back({name, text, row->note, row->source});
+  }
+  std::string place = Hex(index, 4);
+  for (char& c : place) c = c == 'x' ? c : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  for (const device::SyncParameter& row : family.sync.parameters) {
+    if (!row.object.starts_with(place)) continue;
+    if (subindex && !row.object.ends_with(":" + std::to_string(*subindex))) continue;
+    std::string text = row.object.size() > place.size() ? row.object.substr(place.size()) + " " : "";
+    text += row.parameter;
+    Join(text, row.meaning);
+    Join(text, row.limit.empty() ? "" : "limit " + row.limit);
     out.push_back({name, text, row.note, row.source});
   }
 }
@@ -259,7 +316,12 @@ void AddObject(std::uint16_t index, std::optional<std::uint8_t> subindex, const 
     const bool own_bits =
         is_standard || generic == nullptr || family.object_bits.size() != generic->object_bits.size() ||
         (!family.object_bits.empty() && family.object_bits.front().source != generic->object_bits.front().source);
-    if (own_bits || index != 0x1001) AddObjectBits(family, name, index, subindex, meaning.statements);
+    if (own_bits || index != kErrorRegister) AddObjectBits(family, name, index, subindex, meaning.statements);
+    AddParameters(family, name, index, subindex, meaning.statements);
+    for (const auto* latch : {&family.latch, &family.touch_probe}) {
+      if (*latch && (*latch)->source.starts_with(family.document))
+        AddLatchBits(name, **latch, index, meaning.statements);
+    }
     AddDriveWords(family, name, generic != nullptr && generic->drive ? &*generic->drive : nullptr, index,
                   meaning.statements);
   };

@@ -49,6 +49,7 @@ void PutTopology(JsonObject& out, std::string_view key, const AnalysisResult& re
     json.List("slaves", topology.nodes, [&](JsonObject& slave, const TopologyNode& node) {
       slave.Put("slave", node.position);
       PutAbove(slave, topology, node);
+      slave.Put("entry_port", node.entry_port);
       slave.Put("dl_status_reads", node.dl_status_reads);
       slave.Frame("dl_status_frame", node.dl_status_frame);
       slave.Put("counter_reads", node.counter_reads);

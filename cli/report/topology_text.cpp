@@ -158,6 +158,11 @@ std::vector<std::string> TopologyNotes(const AnalysisResult& result, const TextS
   if (result.bus.lost_frames > 0 && notes.size() == 1) {
     notes.front() += "; " + Count(result.bus.lost_frames, "frame") + " lost on the bus in all";
   }
+  for (const TopologyNode& node : topology.nodes) {
+    if (!node.entry_port) continue;
+    notes.push_back("slave " + std::to_string(node.position) + ": frames enter at port " +
+                    std::to_string(*node.entry_port) + ", not at port 0 (bus-port-order)");
+  }
   if (!counted.empty() && !rose) {
     notes.push_back("error counters of slave" + std::string(counted.size() == 1 ? " " : "s ") + Ranges(counted) +
                     " read " + (counted.size() == 1 ? "" : "up to ") + Count(reads, "time") + ": none rose");

@@ -6,6 +6,7 @@
 
 #include "cli/stream/columns.h"
 #include "cli/stream/json_line.h"
+#include "cli/stream/message_text.h"
 #include "cli/stream/short_text.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/datagram_text.h"
@@ -59,6 +60,19 @@ std::string_view DatagramArrow(const DatagramRow& row) {
   return row.outbound() ? "->" : row.returned() ? "<-" : "--";
 }
 
+/// "-> CoE SDO request: upload 1018h:1"; "" where no mailbox is accessed, or nothing is in it.
+std::string MessageOf(const DatagramRow& row) {
+  const wire::DatagramView& d = row.datagram;
+  if (!row.mailbox || (row.returned() && d.wkc() == 0 && *row.mailbox == mailbox::Direction::kIn)) return {};
+  mailbox::MailboxMessage message;
+  message.direction = *row.mailbox;
+  message.header = mailbox::ParseHeader(d.data());
+  message.payload = Slice(d.data(), mailbox::kHeaderBytes, message.header.length);
+  if (message.payload.empty()) return {};
+  const bool out = message.direction == mailbox::Direction::kOut;
+  return std::string(out ? "mailbox -> " : "mailbox <- ") + DescribeMessage(message);
+}
+
 std::string ContentText(const DatagramRow& row) {
   const wire::DatagramView& d = row.datagram;
   if (!wire::IsDefined(d.command_byte())) return "command " + std::to_string(d.command_byte()) + " does not exist";
@@ -66,7 +80,9 @@ std::string ContentText(const DatagramRow& row) {
   std::string text = esc::DescribeDatagram(d, row.returned() || (!row.outbound() && d.wkc() != 0));
   const bool raw = wire::IsLogical(d.command()) || (HasEscAddress(d) && d.ado() >= esc::kProcessRam);
   const bool has_data = wire::Writes(d.command()) || !row.outbound();
-  if (raw && has_data && !d.data().empty()) {
+  if (const std::string message = has_data ? MessageOf(row) : std::string(); !message.empty()) {
+    text = message;
+  } else if (raw && has_data && !d.data().empty()) {
     text += ": " + HexBytes(Slice(d.data(), 0, kShownDatagramBytes));
     if (d.data().size() > kShownDatagramBytes) text += "...";
   }
@@ -193,10 +209,12 @@ const std::string& ContentTexts::Find(const DatagramRow& row) {
   // All but the index, which every frame has another one of.
   const auto kept = [](auto const& all) { return std::span(all).subspan(2); };
   const bool same = place.bytes.size() == bytes.size() && place.direction == row.direction &&
-                    place.bytes[0] == bytes[0] && std::ranges::equal(kept(place.bytes), kept(bytes));
+                    place.mailbox == row.mailbox && place.bytes[0] == bytes[0] &&
+                    std::ranges::equal(kept(place.bytes), kept(bytes));
   if (same) return place.text;
   place.bytes.assign(bytes.begin(), bytes.end());
   place.direction = row.direction;
+  place.mailbox = row.mailbox;
   place.text = ContentText(row);
   return place.text;
 }

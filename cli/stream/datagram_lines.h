@@ -12,6 +12,7 @@
 #include "cli/stream/columns.h"
 #include "decoder/base/ids.h"
 #include "decoder/bus/direction.h"
+#include "decoder/mailbox/header.h"
 #include "decoder/wire/frame_view.h"
 
 namespace ecaudit::cli {
@@ -24,6 +25,7 @@ struct DatagramRow {
   std::optional<std::int64_t> since_start_ns;  ///< from the first packet
   std::string_view seconds;                    ///< that as text
   std::optional<SlavePos> slave;               ///< the slave it addresses
+  std::optional<mailbox::Direction> mailbox;   ///< it accesses the mailbox of the slave from its first byte on
   TimeColumn time;
 
   [[nodiscard]] bool outbound() const { return direction == bus::Direction::kOutbound; }
@@ -84,6 +86,7 @@ class ContentTexts {
   struct Place {
     std::vector<std::uint8_t> bytes;  ///< of the datagram
     bus::Direction direction = bus::Direction::kForeign;
+    std::optional<mailbox::Direction> mailbox;
     std::string text;
   };
   std::array<Place, kPlaces> places_;

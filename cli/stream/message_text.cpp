@@ -7,6 +7,7 @@
 #include "decoder/mailbox/sdo.h"
 #include "decoder/mailbox/sdo_info.h"
 #include "decoder/mailbox/voe.h"
+#include "decoder/process/pdo_mapping.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -22,6 +23,19 @@ std::string AbortText(std::uint32_t code) {
   return "abort " + Hex(code, 8) + (text.empty() ? "" : " " + std::string(text));
 }
 
+/// ", maps 6077h:0, 16 bit": what an entry of 16xxh, 1Axxh, 1C12h or 1C13h holds; "" for all else.
+std::string EntryText(const SdoMessage& sdo, bool written) {
+  if (!sdo.has_object || sdo.complete_access || !sdo.expedited || sdo.subindex == 0) return {};
+  if (process::IsAssignment(sdo.index) && sdo.data.size() == 2) {
+    return std::string(written ? ", assigns " : ": ") + ObjectName(LittleEndian<std::uint16_t>(sdo.data, 0));
+  }
+  const bool mapping = process::IsRxMapping(sdo.index) || process::IsTxMapping(sdo.index);
+  if (!mapping || sdo.data.size() != 4) return {};
+  const auto entry = process::MappingEntry::FromValue(LittleEndian<std::uint32_t>(sdo.data, 0));
+  const std::string what = entry.index == 0 ? "a gap" : ObjectName(entry.index, entry.subindex);
+  return std::string(written ? ", maps " : ": ") + what + ", " + std::to_string(entry.bits) + " bit";
+}
+
 std::string SdoText(const SdoMessage& sdo) {
   if (sdo.too_short) return "too short";
   const std::string object = sdo.has_object ? " " + ObjectName(sdo.index, sdo.subindex) : "";
@@ -33,12 +47,12 @@ std::string SdoText(const SdoMessage& sdo) {
     case SdoKind::kDownloadInitiate: {
       if (!request) return "download" + object + " done";
       const bool all = sdo.expedited || !sdo.size || *sdo.size <= sdo.data.size();
-      return "download" + object + access + bytes + (all ? "" : " of " + Grouped(*sdo.size));
+      return "download" + object + access + bytes + (all ? "" : " of " + Grouped(*sdo.size)) + EntryText(sdo, true);
     }
     case SdoKind::kUploadInitiate: {
       if (request) return "upload" + object + access;
       const bool all = sdo.expedited || !sdo.size || *sdo.size <= sdo.data.size();
-      return "upload" + object + access + bytes + (all ? "" : " of " + Grouped(*sdo.size));
+      return "upload" + object + access + bytes + (all ? "" : " of " + Grouped(*sdo.size)) + EntryText(sdo, false);
     }
     case SdoKind::kDownloadSegment:
       return "download segment" + (request ? bytes : "") + toggle + (request && sdo.last ? ", last" : "");

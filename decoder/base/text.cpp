@@ -201,7 +201,11 @@ std::string Count(std::uint64_t n, std::string_view noun) {
   std::string out = Grouped(n);
   out += ' ';
   out += noun;
-  if (n != 1) out += 's';
+  if (n == 1) return out;
+  const bool ies = noun.size() > 1 && noun.back() == 'y' &&
+                   std::string_view("aeou").find(noun[noun.size() - 2]) == std::string_view::npos;
+  if (ies) out.back() = 'i';
+  out += ies ? "es" : "s";
   return out;
 }
 

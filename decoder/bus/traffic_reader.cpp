@@ -15,6 +15,7 @@ constexpr std::size_t kLookAheadBytes = std::size_t{4} << 20U;
 TrafficReader::Got TrafficReader::Next() noexcept {
   if (!pairing_) {
     if (const Got got = LookAhead(); got == Got::kNothing) return got;
+    AcceptLengths();
     FixDirections();
     pairing_.emplace(directions_, sink_);
   }
@@ -44,6 +45,25 @@ TrafficReader::Got TrafficReader::LookAhead() noexcept {
   const bool more =
       early_ethercat_ < kLookAheadFrames && early_.size() < kLookAheadPackets && early_bytes_ < kLookAheadBytes;
   return more ? Got::kNothing : Got::kPacket;
+}
+
+/// A master whose frames have a wrong EtherCAT length is understood if slaves take part in them, or if it sends no
+/// others: what no slave reads is not sent for long.
+void TrafficReader::AcceptLengths() noexcept {
+  constexpr std::size_t kMany = 8;
+  std::size_t wrong = 0, right = 0;
+  bool answered = false;
+  for (const Early& early : early_) {
+    wire::FrameView view;
+    view.Rebase(early.view, early.bytes);
+    if (view.kind() == wire::FrameKind::kEtherCat) ++right;
+    if (!view.IsWholeButForLength()) continue;
+    ++wrong;
+    answered = answered || AnyWorkingCounter(view);
+  }
+  if (wrong == 0 || (!answered && (right > 0 || wrong < kMany))) return;
+  for (Early& early : early_) early.view.AcceptLength();
+  parser_.AcceptLengths();
 }
 
 void TrafficReader::FixDirections() noexcept {

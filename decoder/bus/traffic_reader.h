@@ -63,6 +63,7 @@ class TrafficReader {
   [[nodiscard]] Got Read(capture::CapturedFrame& packet) noexcept;
   [[nodiscard]] bool IsInRange(const capture::CapturedFrame& packet) const noexcept;
   [[nodiscard]] Got LookAhead() noexcept;
+  void AcceptLengths() noexcept;
   void FixDirections() noexcept;
   [[nodiscard]] bool IsOfLaterSection(const wire::FrameView& packet) const noexcept;
 

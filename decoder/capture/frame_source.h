@@ -18,6 +18,8 @@ namespace ecaudit::capture {
 enum class LinkType : std::uint16_t {
   kEthernet = 1,
   kLinuxCooked = 113,
+  kNetAnalyzer = 240,             ///< Hilscher netANALYZER: four bytes before each frame
+  kNetAnalyzerTransparent = 241,  ///< ... and the preamble
   kLinuxCooked2 = 276,
 };
 
@@ -33,11 +35,20 @@ struct CapturedFrame {
   std::uint16_t link_type = 1;        ///< a LinkType, or any other number, which is then not decoded
   std::uint16_t interface_index = 0;  ///< pcapng interface, counted over all sections; 0 for pcap
   PacketFlag flag = PacketFlag::kNone;
-  bool damaged = false;  ///< the capture marks it: its frame check sequence, or its form on the wire, is wrong
+  bool damaged = false;        ///< the capture marks it: its frame check sequence, or its form on the wire, is wrong
+  std::uint8_t fcs_bytes = 0;  ///< at the end on the wire: the frame check sequence, no part of the frame's contents
   std::uint32_t original_length = 0;  ///< on the wire; more than bytes.size() when cut by the snap length
   ByteSpan bytes;
 
   [[nodiscard]] FrameRef ref() const { return {number, time, has_time}; }
+  /// The same packet without its frame check sequence; as much of that as was captured is left out.
+  [[nodiscard]] CapturedFrame WithoutFcs() const {
+    CapturedFrame frame = *this;
+    frame.original_length -= std::min<std::uint32_t>(original_length, fcs_bytes);
+    if (bytes.size() > frame.original_length) frame.bytes = bytes.first(frame.original_length);
+    frame.fcs_bytes = 0;
+    return frame;
+  }
 };
 
 struct Interface {

@@ -11,6 +11,7 @@
 #include "decoder/base/text.h"
 #include "decoder/capture/byte_order.h"
 #include "decoder/capture/capture_stream.h"
+#include "decoder/capture/fcs_finder.h"
 
 namespace ecaudit::capture {
 namespace {
@@ -24,6 +25,9 @@ constexpr std::size_t kRecordHeaderBytes = 16;
 constexpr std::size_t kLongRecordHeaderBytes = 24;
 /// Longer packets libpcap takes for damage.
 constexpr std::uint32_t kMaxPacketBytes = 262'144;
+
+/// In the field of the link type; the length of the frame check sequence is in the bits above.
+constexpr std::uint32_t kFcsLengthPresent = 0x0400'0000;
 
 constexpr std::array kMagics{kMicroseconds, kNanoseconds, kMicrosecondsLongRecords};
 
@@ -48,8 +52,9 @@ class PcapSource final : public FrameSource {
     Interface interface;
     interface.resolution_ns = step_ns_;
     interface.snap_length = order_.U32(header, kSnapLengthOffset);
-    // Above it: length of the frame check sequence.
-    interface.link_type = static_cast<std::uint16_t>(order_.U32(header, 20) & 0xFFFFU);
+    const std::uint32_t link = order_.U32(header, 20);
+    interface.link_type = static_cast<std::uint16_t>(link & 0xFFFFU);
+    if ((link & kFcsLengthPresent) != 0) fcs_.Declare(link >> 28U);
     info_.interfaces.push_back(std::move(interface));
     stream_->Consume(kFileHeaderBytes);
     return {};
@@ -82,6 +87,7 @@ class PcapSource final : public FrameSource {
     frame.damaged = false;
     frame.original_length = original;
     frame.bytes = bytes.subspan(record_header_bytes_, captured);
+    frame.fcs_bytes = fcs_.In(frame);
     return ReadStatus::kFrame;
   }
   const CaptureInfo& info() const noexcept override { return info_; }
@@ -136,6 +142,7 @@ class PcapSource final : public FrameSource {
   CaptureInfo info_;
   ReadStatus status_ = ReadStatus::kFrame;
   ByteOrder order_;
+  FcsFinder fcs_;
   Lengths lengths_ = Lengths::kInOrder;
   std::size_t record_header_bytes_ = kRecordHeaderBytes;
   TimeNs step_ns_ = 1000;

@@ -46,6 +46,14 @@ inline constexpr std::uint32_t kEnhancedPacket = 6;
 /// unaligned frame, wrong frame check sequence. Gaps and lengths of the frame do not.
 inline constexpr std::uint32_t kDamagedOnWire = 0xF1000000;
 
+/// In epb_flags: bytes of the frame check sequence at the end of the packet; 0: not stated.
+[[nodiscard]] constexpr std::uint32_t FcsBytesOf(std::uint32_t flags) {
+  return flags >> 5U & 0xFU;
+}
+[[nodiscard]] constexpr std::uint32_t FcsFlags(std::uint32_t bytes) {
+  return bytes << 5U;
+}
+
 inline constexpr std::uint32_t kByteOrderMagic = 0x1A2B3C4D;
 inline constexpr std::size_t kBlockHeaderBytes = 8;
 inline constexpr std::size_t kTrailerBytes = 4;
@@ -59,6 +67,7 @@ inline constexpr std::uint16_t kOptEnd = 0;
 inline constexpr std::uint16_t kOptComment = 1;
 inline constexpr std::uint16_t kIfName = 2;
 inline constexpr std::uint16_t kIfTsResol = 9;
+inline constexpr std::uint16_t kIfFcsLength = 13;
 inline constexpr std::uint16_t kIfTsOffset = 14;
 inline constexpr std::uint16_t kPacketFlags = 2;  // epb_flags and pack_flags
 inline constexpr std::uint16_t kEpbDropCount = 4;

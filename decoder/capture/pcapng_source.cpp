@@ -10,6 +10,7 @@
 #include "decoder/base/text.h"
 #include "decoder/capture/capture_stream.h"
 #include "decoder/capture/ethercat_traces.h"
+#include "decoder/capture/fcs_finder.h"
 #include "decoder/capture/pcapng_block.h"
 #include "decoder/capture/time_scale.h"
 
@@ -82,6 +83,7 @@ class PcapngSource final : public FrameSource {
   /// What Interface has no room for.
   struct InterfaceState {
     TimeScale scale;
+    FcsFinder fcs;
     std::uint64_t dropped_by_packets = 0;  // sum of the drop counts in packet blocks
     std::uint64_t dropped_by_statistics = 0;
   };
@@ -98,7 +100,8 @@ class PcapngSource final : public FrameSource {
   BlockResult InterfaceStatistics(ByteSpan block);
   /// What enhanced and obsolete packet blocks have in common: time stamp from offset 12 on, lengths, data, options.
   BlockResult StampedPacket(ByteSpan block, std::uint32_t interface, CapturedFrame& frame);
-  void PacketOptions(ByteSpan options, std::size_t interface, CapturedFrame& frame);
+  /// @return whether they declare a frame check sequence
+  bool PacketOptions(ByteSpan options, std::size_t interface, CapturedFrame& frame);
   void FillFrame(std::size_t interface, std::uint32_t original_length, ByteSpan bytes, CapturedFrame& frame);
   void AddComment(FrameNo frame, ByteSpan text);
   void CountDropped(std::size_t interface);
@@ -258,6 +261,7 @@ BlockResult PcapngSource::InterfaceDescription(ByteSpan block) {
   interface.snap_length = order_.U32(block, 12);
   std::uint8_t resolution = 6;
   std::int64_t offset_s = 0;
+  unsigned fcs_length = 0;
   bool valid = true;
   OptionReader options(Slice(block, 16), order_);
   while (const auto option = options.Next()) {
@@ -267,6 +271,7 @@ BlockResult PcapngSource::InterfaceDescription(ByteSpan block) {
       valid = valid && option->value.size() == 1;
       if (!option->value.empty()) resolution = option->value[0];
     }
+    if (option->code == pcapng::kIfFcsLength && option->value.size() == 1) fcs_length = option->value[0];
     if (option->code == pcapng::kIfTsOffset) {
       valid = valid && option->value.size() == 8;
       offset_s = static_cast<std::int64_t>(order_.U64(option->value, 0));
@@ -282,6 +287,7 @@ BlockResult PcapngSource::InterfaceDescription(ByteSpan block) {
   }
   InterfaceState state;
   state.scale = TimeScale(resolution, offset_s);
+  state.fcs.Declare(fcs_length);
   interface.resolution_ns = state.scale.resolution_ns();
   interface.section = sections_ - 1;
   interfaces_.push_back(state);
@@ -327,19 +333,23 @@ BlockResult PcapngSource::StampedPacket(ByteSpan block, std::uint32_t interface,
   frame.time = time.value_or(0);
   frame.has_time = time.has_value();
   const ByteSpan options = Slice(block, kDataOffset + pcapng::Padded(captured));
-  if (!options.empty()) PacketOptions(options, index, frame);
+  const bool has_fcs = !options.empty() && PacketOptions(options, index, frame);
+  frame.fcs_bytes = interfaces_[index].fcs.In(frame, has_fcs);
   return BlockResult::kPacket;
 }
 
-void PcapngSource::PacketOptions(ByteSpan options, std::size_t interface, CapturedFrame& frame) {
+bool PcapngSource::PacketOptions(ByteSpan options, std::size_t interface, CapturedFrame& frame) {
   OptionReader reader(options, order_);
+  bool has_fcs = false;
   while (const auto option = reader.Next()) {
     if (option->code == pcapng::kOptComment) AddComment(frame.number, option->value);
     if (option->code == pcapng::kPacketFlags && option->value.size() == 4) {
-      const std::uint32_t direction = order_.U32(option->value, 0) & 3U;
+      const std::uint32_t flags = order_.U32(option->value, 0);
+      const std::uint32_t direction = flags & 3U;
       if (direction == 1) frame.flag = PacketFlag::kInbound;
       if (direction == 2) frame.flag = PacketFlag::kOutbound;
-      frame.damaged = (order_.U32(option->value, 0) & pcapng::kDamagedOnWire) != 0;
+      frame.damaged = (flags & pcapng::kDamagedOnWire) != 0;
+      has_fcs = pcapng::FcsBytesOf(flags) != 0;
     }
     if (option->code == pcapng::kEpbDropCount && option->value.size() == 8) {
       std::uint64_t& dropped = interfaces_[interface].dropped_by_packets;
@@ -347,6 +357,7 @@ void PcapngSource::PacketOptions(ByteSpan options, std::size_t interface, Captur
       CountDropped(interface);
     }
   }
+  return has_fcs;
 }
 
 //  | type 4 | length 4 | original 4 | data |      of interface 0 of the section, cut to its snap length
@@ -364,6 +375,7 @@ BlockResult PcapngSource::SimplePacket(ByteSpan block, CapturedFrame& frame) {
   FillFrame(section_start_, original, block.subspan(kDataOffset, captured), frame);
   frame.time = 0;
   frame.has_time = false;
+  frame.fcs_bytes = interfaces_[section_start_].fcs.In(frame);
   return BlockResult::kPacket;
 }
 
@@ -393,6 +405,7 @@ void PcapngSource::FillFrame(std::size_t interface, std::uint32_t original_lengt
   frame.interface_index = static_cast<std::uint16_t>(interface);
   frame.flag = PacketFlag::kNone;
   frame.damaged = false;
+  frame.fcs_bytes = 0;
   frame.original_length = original_length;
   frame.bytes = bytes;
 }

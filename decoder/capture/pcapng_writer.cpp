@@ -127,10 +127,14 @@ void PcapngWriter::AddPacket(const CapturedFrame& frame, std::span<const std::st
   U32(frame.original_length);
   Data(frame.bytes);
   for (const std::string& comment : comments) Option(pcapng::kOptComment, Cut(comment, kMaxCommentBytes));
-  if (frame.flag != PacketFlag::kNone) {
-    Option(pcapng::kPacketFlags, std::string{frame.flag == PacketFlag::kInbound ? '\x01' : '\x02', '\0', '\0', '\0'});
+  std::uint32_t flags = pcapng::FcsFlags(frame.fcs_bytes);
+  if (frame.flag != PacketFlag::kNone) flags |= frame.flag == PacketFlag::kInbound ? 1U : 2U;
+  if (flags != 0) {
+    U16(pcapng::kPacketFlags);
+    U16(4);
+    U32(flags);
   }
-  if (!comments.empty() || frame.flag != PacketFlag::kNone) EndOfOptions();
+  if (!comments.empty() || flags != 0) EndOfOptions();
   End();
 }
 

@@ -40,6 +40,19 @@ std::optional<DriveState> DriveProfile::StateOf(std::uint16_t status_word) const
   return std::nullopt;
 }
 
+const DriveStateRow* DriveProfile::FindState(DriveState state) const {
+  for (const DriveStateRow& row : states) {
+    if (row.state == state) return &row;
+  }
+  return nullptr;
+}
+
+bool DriveProfile::ShowsEnabled(std::uint16_t status_word) const {
+  const std::optional<DriveState> state = StateOf(status_word);
+  const DriveStateRow* row = state ? FindState(*state) : nullptr;
+  return row != nullptr && row->enabled;
+}
+
 std::uint32_t DriveProfile::CommandedAnywhere(std::uint16_t before, std::uint16_t after) const {
   std::uint32_t numbers = 0;
   for (const DriveCommand& command : commands) {

@@ -39,6 +39,10 @@ struct DriveStateRow {
   DriveState state = DriveState::kNotReadyToSwitchOn;
   StatusPattern printed;            ///< as in the manual
   std::vector<StatusPattern> also;  ///< accepted besides, with the reason
+  bool enabled = false;             ///< the power stage is enabled in it
+  /// The bit of the control word whose rising edge leaves the state by the description in the manual, where the table
+  /// of commands prints a level.
+  std::optional<std::uint8_t> edge_bit;
   std::string meaning;
   std::string note;
   std::string source;
@@ -93,6 +97,7 @@ struct WordBit {
   std::uint8_t bit = 0;
   std::string name;
   std::string meaning;
+  std::optional<std::uint8_t> level;  ///< the manual binds the bit to this level
   std::string note;
   std::string source;
 };
@@ -115,7 +120,7 @@ struct OperationMode {
   std::optional<std::int32_t> opmode;          ///< DRV.OPMODE that goes with it
   std::optional<std::int32_t> cmdsource;       ///< DRV.CMDSOURCE that goes with it
   std::optional<std::int32_t> printed_opmode;  ///< where print is read otherwise
-  std::vector<ObjectAddress> set_points;       ///< objects that carry its set point; empty: not documented
+  std::vector<ObjectAddress> setpoints;  ///< its set point is one of these objects; empty: not documented, or none
   std::string note;
   std::string source;
 };
@@ -157,9 +162,9 @@ struct DriveProfile {
   std::vector<WordBit> status_bits;
   std::vector<ModeBits> mode_bits;
   std::vector<OperationMode> modes;
-  std::string opmode_keyword = "opmode";        ///< parameter of the vendor's tool that a mode sets
-  std::string cmdsource_keyword = "cmdsource";  ///< likewise
-  bool modes_complete = false;                  ///< the manual lists all supported modes
+  bool modes_complete = false;  ///< the manual lists all supported modes
+  /// The vendor's names of the parameters in OperationMode::opmode and ::cmdsource.
+  std::string opmode_parameter, cmdsource_parameter;
   /// AL states in which the drive acts on the control word and updates the status word; empty: not documented.
   std::vector<esc::AlState> control_word_in;
   std::vector<esc::AlState> status_word_in;
@@ -172,6 +177,10 @@ struct DriveProfile {
 
   /// The state a status word shows; nothing when it fits no pattern.
   [[nodiscard]] std::optional<DriveState> StateOf(std::uint16_t status_word) const;
+  /// Null where the manual does not describe it.
+  [[nodiscard]] const DriveStateRow* FindState(DriveState state) const;
+  /// The word shows a state in which the power stage is enabled.
+  [[nodiscard]] bool ShowsEnabled(std::uint16_t status_word) const;
   /// Bit n set: transition n leaves `state` and the change of the control word commands it. 0: nothing to do, which is
   /// also what a control word that keeps the present state gives (see CommandedAnywhere()).
   [[nodiscard]] std::uint32_t Commanded(DriveState state, std::uint16_t before, std::uint16_t after) const;

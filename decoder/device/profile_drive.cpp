@@ -44,11 +44,14 @@ static void Read(const Cursor& cursor, DriveStateRow& out) {
   object.Require("mask", out.printed.mask);
   object.Require("value", out.printed.value);
   object.Allow("also", out.also);
+  object.Allow("enabled", out.enabled);
+  object.Allow("edge_bit", out.edge_bit);
   object.Allow("meaning", out.meaning);
   FinishRow(object, cursor, out.note, out.source);
   if (!cursor.failed() && (out.printed.value & ~out.printed.mask) != 0) {
     cursor.Fail("\"value\" has bits outside \"mask\"");
   }
+  if (!cursor.failed() && out.edge_bit.value_or(0) > 15) cursor.Fail("\"edge_bit\" is no bit of the control word");
 }
 
 static void Read(const Cursor& cursor, DriveTransition& out) {
@@ -108,7 +111,10 @@ static void Read(const Cursor& cursor, WordBit& out) {
   object.Require("bit", out.bit);
   object.Require("name", out.name);
   object.Allow("meaning", out.meaning);
+  object.Allow("level", out.level);
   FinishRow(object, cursor, out.note, out.source);
+  if (!cursor.failed() && out.bit > 15) cursor.Fail("\"bit\" is none of a word");
+  if (!cursor.failed() && out.level.value_or(0) > 1) cursor.Fail("\"level\" is neither 0 nor 1");
 }
 
 static void Read(const Cursor& cursor, ModeBits& out) {
@@ -128,7 +134,7 @@ static void Read(const Cursor& cursor, OperationMode& out) {
   object.Allow("opmode", out.opmode);
   object.Allow("cmdsource", out.cmdsource);
   object.Allow("printed_opmode", out.printed_opmode);
-  object.Allow("set_points", out.set_points);
+  object.Allow("setpoints", out.setpoints);
   FinishRow(object, cursor, out.note, out.source);
 }
 
@@ -178,9 +184,9 @@ void Read(const Cursor& cursor, DriveProfile& out) {
   object.Allow("status_bits", out.status_bits);
   object.Allow("mode_bits", out.mode_bits);
   object.Allow("modes", out.modes);
-  object.Allow("opmode_keyword", out.opmode_keyword);
-  object.Allow("cmdsource_keyword", out.cmdsource_keyword);
   object.Allow("modes_complete", out.modes_complete);
+  object.Allow("opmode_parameter", out.opmode_parameter);
+  object.Allow("cmdsource_parameter", out.cmdsource_parameter);
   object.AllowWith("fault_objects", [&](const Cursor& at) { ReadFaultObjects(at, out.fault_objects); });
   object.Allow("control_word_in", out.control_word_in);
   object.Allow("status_word_in", out.status_word_in);

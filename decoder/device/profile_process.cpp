@@ -83,6 +83,8 @@ static void Read(const Cursor& cursor, DriveParameter& out) {
   object.Require("keyword", out.keyword);
   object.Allow("object", out.object);
   object.Allow("object_inferred", out.object_inferred);
+  object.Allow("on_bits", out.on_bits);
+  object.Allow("off_bits", out.off_bits);
   FinishRow(object, cursor, out.note, out.source);
 }
 
@@ -106,6 +108,7 @@ void Read(const Cursor& cursor, SyncDescription& out) {
   object.Allow("sync_window", out.sync_window);
   object.Allow("pll_threshold", out.pll_threshold);
   object.Allow("supervision", out.supervision);
+  object.Allow("pll_switch", out.pll_switch);
   object.Allow("parameters", out.parameters);
   FinishRow(object, cursor, out.note, out.source);
 }

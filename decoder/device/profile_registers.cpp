@@ -123,6 +123,12 @@ void Read(const Cursor& cursor, RegisterBits& out) {
   object.Require("address", out.address);
   object.AllowWith("bits", [&](const Cursor& bits) { ReadBits(bits, out.first, out.last); });
   object.Allow("value", out.value);
+  object.AllowWith("edge", [&](const Cursor& at) {
+    static constexpr Word<bool> kEdges[] = {{"rising", true}, {"falling", false}};
+    bool rising = false;
+    ReadWord(at, kEdges, rising);
+    out.rising = rising;
+  });
   object.Require("name", out.name);
   object.Allow("meaning", out.meaning);
   object.Allow("ecat", out.ecat);

@@ -62,6 +62,7 @@ void Read(const Cursor& cursor, ObjectBits& out);
 void Read(const Cursor& cursor, ObjectAddress& out);
 void Read(const Cursor& cursor, FaultObject& out);
 void Read(const Cursor& cursor, EmergencyTable& out);
+void Read(const Cursor& cursor, ObjectAddress& out);
 void Read(const Cursor& cursor, LatchDescription& out);
 void Read(const Cursor& cursor, SyncDescription& out);
 void Read(const Cursor& cursor, MailboxDescription& out);

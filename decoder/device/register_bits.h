@@ -16,6 +16,7 @@ struct RegisterBits {
   std::uint8_t first = 0;
   std::uint8_t last = 0;
   std::optional<std::uint16_t> value;  ///< of the field, when this row describes one value only
+  std::optional<bool> rising;          ///< it acts by this edge, not by its level
   std::string name;
   std::string meaning;
   Access ecat = Access::kUnknown;

@@ -7,7 +7,7 @@ namespace ecaudit::device {
 std::vector<const DriveParameter*> SyncDescription::DriveParameters() const {
   std::vector<const DriveParameter*> known;
   for (const std::optional<DriveParameter>* parameter :
-       {&cycle_count, &sync_distance, &sync_actual, &sync_window, &pll_threshold, &supervision}) {
+       {&cycle_count, &sync_distance, &sync_actual, &sync_window, &pll_threshold, &supervision, &pll_switch}) {
     if (*parameter) known.push_back(&**parameter);
   }
   return known;

@@ -41,8 +41,17 @@ struct DriveParameter {
   std::optional<ObjectAddress> object;  ///< where SDO reads and writes it; unset: not by SDO, as far as is known
   /// The family's own manual prints no dictionary; a sister family has the parameter in this object.
   bool object_inferred = false;
+  std::uint32_t on_bits = 0;   ///< it is a switch: on while all of these are 1; 0: not by bits
+  std::uint32_t off_bits = 0;  ///< likewise off while one of these is 1
   std::string note;
   std::string source;
+
+  /// What it switches is on. Without bits of its own any value but 0 is.
+  [[nodiscard]] bool IsOn(std::int64_t value) const {
+    const auto bits = static_cast<std::uint64_t>(value);
+    if (on_bits != 0) return (bits & on_bits) == on_bits;
+    return off_bits != 0 ? (bits & off_bits) == 0 : value != 0;
+  }
 };
 
 struct SyncDescription {
@@ -66,8 +75,10 @@ struct SyncDescription {
   /// Locked while SYNCDIST - SYNCWND < SYNCACT < SYNCDIST + SYNCWND in PLLTHRESH consecutive cycles; all in one unit,
   /// which the manuals do not print.
   std::optional<DriveParameter> sync_distance, sync_actual, sync_window, pll_threshold;
-  /// 0 switches the supervision of missing frames off.
+  /// Switches the supervision of the synchronisation.
   std::optional<DriveParameter> supervision;
+  /// Switches the PLL of the drive: with distributed clocks it has to be on.
+  std::optional<DriveParameter> pll_switch;
   std::vector<SyncParameter> parameters;  ///< all rows of the manual
   std::string note;
   std::string source;

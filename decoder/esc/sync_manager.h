@@ -106,4 +106,17 @@ struct SyncManager {
   friend constexpr bool operator==(const SyncManager&, const SyncManager&) = default;
 };
 
+/// Sync managers 0 and 1 carry the mailbox. A higher one in the same mode is process data with one buffer: it counts
+/// only when the slave has filled or emptied the buffer since the last access (esc-reference 6.2).
+[[nodiscard]] constexpr bool IsMailbox(std::size_t n, const SyncManager& manager) {
+  return n < 2 && manager.mailbox();
+}
+[[nodiscard]] constexpr bool IsOneBuffer(std::size_t n, const SyncManager& manager) {
+  return n >= 2 && manager.mailbox();
+}
+/// With three buffers or with one.
+[[nodiscard]] constexpr bool IsProcessData(std::size_t n, const SyncManager& manager) {
+  return manager.buffered() || IsOneBuffer(n, manager);
+}
+
 }  // namespace ecaudit::esc

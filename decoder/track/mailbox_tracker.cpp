@@ -348,7 +348,12 @@ void MailboxTracker::Deliver(MailboxBox& box, Direction direction, ByteSpan byte
     return;
   }
   const bool readable = message.problem != Problem::kNoHeader && message.problem != Problem::kLengthZero;
-  if (readable && !message.mailbox_off) protocols_.OnMessage(message);
+  if (message.mailbox_off) return;
+  if (readable) {
+    protocols_.OnMessage(message);
+  } else if (direction == Direction::kOut && message.problem == Problem::kLengthZero) {
+    protocols_.pending().Wrote(message);  // the slave may answer it with an error reply
+  }
 }
 
 void MailboxTracker::Count(const MailboxMessage& message) {

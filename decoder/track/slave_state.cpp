@@ -42,7 +42,7 @@ bool SlaveState::MayMapUnseen(std::size_t n) const {
 std::optional<esc::SyncManager> SlaveState::process_manager(esc::SmDirection direction) const {
   for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
     const auto manager = sync_manager(n, Certainty::kInferred);
-    if (manager && manager->enabled() && manager->buffered() && manager->direction() == direction &&
+    if (manager && manager->enabled() && esc::IsProcessData(n, *manager) && manager->direction() == direction &&
         manager->length > 0) {
       return manager;
     }

@@ -47,7 +47,12 @@ bool FrameParser::Fits(const Shape& shape, const capture::CapturedFrame& frame, 
 }
 
 const FrameView& FrameParser::Parse(const capture::CapturedFrame& frame) noexcept {
-  if (!IsPlain(frame)) return other_ = FrameView::Parse(frame);
+  if (frame.fcs_bytes != 0) return Parse(frame.WithoutFcs());
+  if (!IsPlain(frame)) {
+    other_ = FrameView::Parse(frame);
+    if (accepts_lengths_) other_.AcceptLength();
+    return other_;
+  }
   std::uint64_t key = 0;
   std::size_t found = shapes_[last_].next;
   if (!Fits(shapes_[found], frame, key)) {
@@ -64,6 +69,7 @@ const FrameView& FrameParser::Parse(const capture::CapturedFrame& frame) noexcep
 
 const FrameView& FrameParser::ParseAnew(const capture::CapturedFrame& frame) noexcept {
   other_ = FrameView::Parse(frame);
+  if (accepts_lengths_) other_.AcceptLength();
   if (other_.kind() != FrameKind::kEtherCat || other_.size() > kDatagrams || other_.vlan_tags() > 0 ||
       other_.encapsulation() != Encapsulation::kEthernet || other_.esl().present) {
     return other_;

@@ -19,6 +19,8 @@ class FrameParser {
  public:
   /// @return the view; it borrows frame.bytes, and is valid until the next call
   [[nodiscard]] const FrameView& Parse(const capture::CapturedFrame& frame) noexcept;
+  /// From now on frames are well formed if only their EtherCAT length is wrong.
+  void AcceptLengths() { accepts_lengths_ = true; }
 
  private:
   /// Masters send few kinds of frames in a cycle, and each comes back.
@@ -40,6 +42,7 @@ class FrameParser {
   std::array<Shape, kShapes> shapes_;
   std::size_t last_ = 0;   ///< shape of the frame before
   std::size_t given_ = 0;  ///< the shape that was made last
+  bool accepts_lengths_ = false;
   FrameView other_;        ///< of a frame without shape
 };
 

@@ -54,8 +54,66 @@ EslRecord ReadEsl(ByteSpan record) {
   return esl;
 }
 
+bool IsNetAnalyzer(std::uint16_t link_type) {
+  return link_type == static_cast<std::uint16_t>(capture::LinkType::kNetAnalyzer) ||
+         link_type == static_cast<std::uint16_t>(capture::LinkType::kNetAnalyzerTransparent);
+}
+
+/// Word of a netANALYZER, little endian: error bits 0-7, event of an input 8, with preamble 9, version 10-13, port
+/// 14-15, length 16-27. After it the frame with its FCS.
+/// @return the frame without the word, the preamble and the FCS; empty: no frame
+capture::CapturedFrame ReadNetAnalyzer(const capture::CapturedFrame& packet, EslRecord& record) {
+  constexpr std::size_t kWordBytes = 4;
+  constexpr std::uint8_t kPreamble = 0x55, kStart = 0xD5, kFcs = 4;
+  constexpr std::uint32_t kFcsError = 0x04, kOtherDamage = 0x13;  // wrong symbol, alignment, start of frame
+  capture::CapturedFrame frame = packet;
+  const auto word = LittleEndian<std::uint32_t>(packet.bytes, 0);
+  std::size_t begin = kWordBytes;
+  const bool has_preamble = (word >> 9U & 1U) != 0;
+  if (has_preamble) {
+    while (begin < packet.bytes.size() && packet.bytes[begin] == kPreamble) ++begin;
+    if (begin < packet.bytes.size() && packet.bytes[begin] == kStart) ++begin;
+  }
+  const bool is_event = (word >> 8U & 1U) != 0;
+  const ByteSpan rest = packet.bytes.subspan(std::min(begin, packet.bytes.size()));
+  frame.bytes = is_event ? rest.first(0) : rest;
+  frame.original_length =
+      static_cast<std::uint32_t>(packet.original_length - std::min<std::size_t>(packet.original_length, begin));
+  frame.fcs_bytes = kFcs;
+  record.present = !is_event;
+  record.port = static_cast<std::uint8_t>(word >> 14U & 3U);
+  record.crc_error = (word & kFcsError) != 0;
+  record.alignment_error = (word & kOtherDamage) != 0;
+  return frame.WithoutFcs();
+}
+
 bool AllZero(ByteSpan bytes) {
   return std::all_of(bytes.begin(), bytes.end(), [](std::uint8_t byte) { return byte == 0; });
+}
+
+using ReadWord = std::uint16_t (*)(ByteSpan, std::size_t);
+
+/// With the bytes of its EtherCAT header swapped, and the lengths of datagrams read by `word`, the frame is whole.
+bool IsWholeIfSwapped(ByteSpan bytes, std::size_t offset, ReadWord word) {
+  const auto header = BigEndian<std::uint16_t>(bytes, offset);
+  std::size_t at = offset + 2;
+  const std::size_t end = at + (header & 0x07FFU);
+  if (header >> 12U != 1 || end > bytes.size()) return false;
+  bool more = true;
+  while (more) {
+    if (at + kDatagramHeaderBytes + kWorkingCounterBytes > end) return false;
+    if (bytes[at] == 0 || !IsDefined(bytes[at])) return false;
+    const std::uint16_t length_word = word(bytes, at + 6);
+    more = (length_word & 0x8000U) != 0;
+    at += kDatagramHeaderBytes + (length_word & 0x07FFU) + kWorkingCounterBytes;
+  }
+  return at == end;
+}
+
+/// A master that does not convert lengths to little-endian.
+bool IsBigEndian(ByteSpan bytes, std::size_t offset) {
+  return IsWholeIfSwapped(bytes, offset, &BigEndian<std::uint16_t>) ||
+         IsWholeIfSwapped(bytes, offset, &LittleEndian<std::uint16_t>);
 }
 
 /// Takes the record of a probe, the sender and the packet type.
@@ -132,12 +190,17 @@ std::string_view Describe(FrameProblem problem) {
       return "a datagram has a command that is not defined";
     case FrameProblem::kNoDatagram:
       return "the EtherCAT length is too short for a datagram";
+    case FrameProblem::kByteOrder:
+      return "the EtherCAT header is big-endian";
   }
   return "?";
 }
 
-FrameView FrameView::Parse(const capture::CapturedFrame& frame) noexcept {
+FrameView FrameView::Parse(const capture::CapturedFrame& packet) noexcept {
   FrameView view;
+  const bool of_netanalyzer = IsNetAnalyzer(packet.link_type);
+  const capture::CapturedFrame frame =
+      of_netanalyzer ? ReadNetAnalyzer(packet, static_cast<FrameFields&>(view).esl_) : packet.WithoutFcs();
   view.ref_ = frame.ref();
   view.interface_index_ = frame.interface_index;
   view.flag_ = frame.flag;
@@ -177,7 +240,10 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
   const auto header = LittleEndian<std::uint16_t>(bytes_, offset);
   has_header_ = true;
   ethercat_type_ = static_cast<std::uint8_t>(header >> 12U);
-  if (ethercat_type_ != 1) return;  // kOther: an ESC processes type 1 only
+  if (ethercat_type_ != 1) {  // kOther: an ESC processes type 1 only
+    if (!cut && IsBigEndian(bytes_, offset)) Fail(FrameProblem::kByteOrder);
+    return;
+  }
 
   const std::size_t start = offset + 2;
   const std::size_t announced_end = start + (header & 0x07FFU);
@@ -208,8 +274,20 @@ void FrameView::ParseDatagrams(std::size_t offset, bool cut) noexcept {
     at += size;
     offsets[count_] = static_cast<std::uint16_t>(at);
   }
+  const bool known = !more;
   if (more) more = ParseOddDatagrams(at, announced_end);
-  if (kind_ == FrameKind::kMalformed) return;
+  if (known && problem_ == FrameProblem::kLengthBeyondFrame) {
+    whole_ = true;
+    padding_ = static_cast<std::uint16_t>(announced_end - at);
+  }
+  if (kind_ == FrameKind::kMalformed) {
+    if (!cut && IsBigEndian(bytes_, offset)) {
+      count_ = 0;
+      problem_ = FrameProblem::kByteOrder;
+      whole_ = false;
+    }
+    return;
+  }
   if (more) {
     if (kind_ == FrameKind::kEtherCat) Fail(FrameProblem::kMoreWithoutDatagram);  // as many as the length can cover
     return;

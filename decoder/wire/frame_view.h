@@ -88,6 +88,7 @@ enum class FrameProblem : std::uint8_t {
   kMoreWithoutDatagram,   ///< the more flag is set on the last datagram that fits
   kUnknownCommand,        ///< a command byte outside 0-14
   kNoDatagram,            ///< EtherCAT length 0
+  kByteOrder,             ///< EtherCAT header, or that and the lengths of all datagrams, are big-endian
 };
 
 /// One sentence part for each problem, for example "the EtherCAT length reaches past the end of the frame".
@@ -95,7 +96,8 @@ enum class FrameProblem : std::uint8_t {
 
 enum class Encapsulation : std::uint8_t { kEthernet, kUdp };
 
-/// What a Beckhoff ET2000/CU2508 probe adds to each frame (16 bytes before or after it).
+/// What a probe adds to each frame: Beckhoff ET2000/CU2508 (16 bytes before or after it), or Hilscher netANALYZER (4
+/// bytes before it, without time).
 struct EslRecord {
   bool present = false;
   bool crc_error = false;
@@ -123,6 +125,7 @@ struct FrameFields {
   bool has_header_ = false;
   bool cut_before_type_ = false;
   bool other_link_ = false;
+  bool whole_ = false;  ///< of a malformed frame: only its EtherCAT length is wrong
   std::uint8_t count_ = 0;
 };
 
@@ -164,6 +167,16 @@ class FrameView : private FrameFields {
   [[nodiscard]] std::size_t padding() const { return padding_; }
   [[nodiscard]] ByteSpan padding_bytes() const {
     return bytes_.subspan(used_bytes(), std::min<std::size_t>(padding_, bytes_.size() - used_bytes()));
+  }
+
+  /// True when the EtherCAT length exceeds the frame, and nothing else is wrong. Some masters write the length of the
+  /// whole Ethernet frame there; slaves stop where the more flag is clear.
+  [[nodiscard]] bool IsWholeButForLength() const { return whole_ && kind_ == FrameKind::kMalformed; }
+  /// Such a frame is well formed: slaves took part in others like it.
+  void AcceptLength() {
+    if (!IsWholeButForLength()) return;
+    kind_ = FrameKind::kEtherCat;
+    problem_ = FrameProblem::kNone;
   }
 
   [[nodiscard]] std::size_t size() const { return count_; }

@@ -25,6 +25,8 @@ struct LinkHeader {
 [[nodiscard]] constexpr std::optional<LinkHeader> LinkHeaderOf(std::uint16_t link_type) {
   switch (static_cast<capture::LinkType>(link_type)) {
     case capture::LinkType::kEthernet:
+    case capture::LinkType::kNetAnalyzer:  // its record before the frame is not counted
+    case capture::LinkType::kNetAnalyzerTransparent:
       return LinkHeader{.destination = 0, .source = 6, .type = 12, .payload = 14};
     case capture::LinkType::kLinuxCooked:
       // packet type 2, ARPHRD 2, address length 2, address 8, protocol 2

@@ -400,6 +400,22 @@ class EventMailbox(Events):
         self.assertIn("-> CoE SDO request: upload 1018h:1", text[0])
         self.assertIn("<- CoE SDO response: upload 1018h:1, 4 bytes", text[1])
 
+    def test_what_a_download_maps(self):
+        bus = MailboxBus()
+        bus.sdo("23001a0110007760", "60001a0100000000")
+        bus.sdo("2b131c01001a0000", "60131c0100000000")
+        bus.sdo("40001a0100000000", "43001a0110007760")
+        text = self.of(bus, "mailbox")[1]
+        self.assertIn("-> CoE SDO request: download 1A00h:1, 4 bytes, maps 6077h:0, 16 bit", text[0])
+        self.assertIn("download 1C13h:1, 2 bytes, assigns 1A00h", text[2])
+        self.assertIn("<- CoE SDO response: upload 1A00h:1, 4 bytes: 6077h:0, 16 bit", text[5])
+        # `decode` shows the message in place of the bytes of the mailbox.
+        lines = self.run_program("decode", self.file("bus.pcap", bus.bus.pcap())).out.splitlines()
+        sent = [line for line in lines if "maps 6077h:0, 16 bit" in line]
+        self.assertEqual(len(sent), 2)  # sent and returned
+        self.assertIn("mailbox -> CoE SDO request: download 1A00h:1, 4 bytes", sent[0])
+        self.assertEqual(sum("mailbox <- CoE SDO response" in line for line in lines), 3)
+
     def test_error_reply(self):
         bus = MailboxBus()
         request = bus.out(FOE, b"\1\0\0\0\0\0FILE")

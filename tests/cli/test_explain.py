@@ -68,9 +68,9 @@ class Explain(CliTest):
             "F28": "without synchronisation sets F28 after a time-out",
             "n17": "warning n17",
             "F17": "printed F17 here",
-            "PTBASE": "PTBASE counts in 250 us [PILZ, 4.6]",
             "FBUS.PARAM05": "faults reset only by control word bit 7",
-            "DRV.NAME": "0x2031",
+            "DRV.NAME": "object 2031h:0",
+            "STRINGS.STOSTATUS": "safe torque off of the strings",
         }.items():
             self.assertIn(expected, " ".join(self.explain(name).split()), name)
         self.assertIn("kollmorgen-akd-2011", self.explain("F125"))
@@ -86,16 +86,38 @@ class Explain(CliTest):
             "3000h": "bits 1-15: reserved [MKD, 5.2]",
             "2000h=439": "n439 user following error [MKD, 5.3.3]",
             "2001h=562": "F562 more than 8 MKD-N on string 1 [MKD, 5.2]",
-            "20A5h": "state of digital input 4",
-            "6040h": "mode 1 Profile position (pp): bit 4 new_setpoint",
-            "6060h": "value 7: Interpolated position, DRV.OPMODE 2, DRV.CMDSOURCE 1, set point 60C1h:1",
             "606Ch": "in process data scale 1:1, in process data unit rpm",
             "2031h": "at most 10 bytes",
-            "60C2h": "60C2h Interpolation time period (object)",
-            "1704h": "only in an example",
         }.items():
             self.assertIn(expected, " ".join(self.explain(what).split()), what)
         self.assertNotIn("0 bits", self.explain("1B03h"))
+
+    def test_names_of_the_manuals(self):
+        for name, words in (("F125", ["kollmorgen-akd-2011", "more than 7 missing frames", "AKD-2011, 4.13"]),
+                            ("F29", ["pilz-pmcprotego-d", "CLRFAULT", "SERCSET"]),
+                            ("F17", ["n17", "PILZ, 4.8"]),
+                            ("PTBASE", ["250000 ns", "2 ms = 8"]),
+                            ("sercset", ["switch off synchronisation monitoring"]),
+                            ("FBUS.PARAM02", ["internal PLL off", "36E6h"]),
+                            ("DRV.NVSAVE", ["FBUS.PARAM03"])):
+            with self.subTest(name=name):
+                output = " ".join(self.explain(name).split())
+                for word in words:
+                    self.assertIn(word, output)
+
+    def test_bits_of_the_words_of_a_drive(self):
+        for name, words in (("6040h", ["mode 6 (Homing (hm)): bit 4 homing_operation_start", "rising edge of bit 12",
+                                       "command Quick stop: bit 2 = 0, bit 1 = 1; transitions 7, 10, 11"]),
+                            ("6060h", ["DRV.OPMODE 2, DRV.CMDSOURCE 0"]),
+                            ("20A4h", ["enable external latch 2 falling"]),
+                            ("20A5h", ["state of digital input 4"]),
+                            ("60C2h", ["60C2h Interpolation time period", "exponent, -3 = ms"]),
+                            ("1704h", ["appears in an example only"])):
+            with self.subTest(name=name):
+                output = " ".join(self.explain(name).split())
+                for word in words:
+                    self.assertIn(word, output)
+                self.assertNotIn("see the mode bits", output)
 
     def test_objects_by_family(self):
         for what in ("6040h", "0x6040:0", "0x6040"):

@@ -87,7 +87,7 @@ class HostileCaptures(CliTest):
 
     def test_link_types_that_are_not_read_are_named(self):
         packets = packets_of(faulty_capture())
-        for link_type, name in ((240, "netANALYZER"), (147, "user 0")):
+        for link_type, name in ((189, "USB"), (147, "user 0")):
             report = self.one_report(f"{link_type}.pcapng", pcapng(packets, link_type, prefix=b"\0\0\0\0"), 0)
             self.assertEqual(report["summary"]["verdict"], "limited")
             (finding,) = self.set_aside(report)

@@ -149,6 +149,24 @@ Result PaddedToEven(const WireCapture& capture) {
 Result PaddedTo28(const WireCapture& capture) {
   return Covering(capture, [](std::size_t length) { return std::max<std::size_t>(length, 28); });
 }
+/// As a master does it that takes the length of the packet for that of the datagrams. Slaves do not look at it.
+Result LengthOfTheWholeFrame(const WireCapture& capture) {
+  if (capture.cut || capture.has_udp || capture.has_esl) return std::nullopt;
+  // A length that is wrong already would no longer be the only one.
+  const auto beyond = [](const Packet& packet) {
+    constexpr std::size_t kHeaders = kEthernetHeader + 2;
+    return packet.bytes.size() > kHeaders && packet.bytes[12] == 0x88 && packet.bytes[13] == 0xA4 &&
+           (GetLe(packet.bytes, kEthernetHeader) & 0x07FFU) + kHeaders > packet.bytes.size();
+  };
+  if (std::any_of(capture.packets.begin(), capture.packets.end(), beyond)) return std::nullopt;
+  return Each(capture, [](Packet& packet) {
+    const std::optional<EtherCatPart> part = FindEtherCat(packet);
+    constexpr std::size_t kLongest = 0x07FF;
+    if (!part || packet.bytes.size() > kLongest) return;
+    const std::uint16_t header = GetLe(packet.bytes, part->header);
+    PutLe(packet.bytes, part->header, static_cast<std::uint16_t>((header & 0xF800U) | packet.bytes.size()));
+  });
+}
 Result PaddedTo60(const WireCapture& capture) {
   if (capture.cut || capture.has_esl) return std::nullopt;
   return Each(capture, [](Packet& packet) {
@@ -396,6 +414,7 @@ constexpr RewriteLaw kLaws[] = {
     {"padded to even", PaddedToEven},
     {"padded to 28", PaddedTo28},
     {"padded to 60", PaddedTo60},
+    {"length of the whole frame", LengthOfTheWholeFrame},
     {"other MACs", OtherMacs},
     {"two tags", TwoTags},
     {"in UDP", InUdp},

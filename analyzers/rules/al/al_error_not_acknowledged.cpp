@@ -1,3 +1,5 @@
+#include <map>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
@@ -37,6 +39,8 @@ The slave ignores the request without any answer. The master waits, times out an
 - The master read the error bit.
 - No request since then acknowledged it.
 - The slave accepted this request (its working counter is not 0).
+- Bit 4 acknowledges by its positive edge. If it was 1 in AL Control before, a request of the same state without it
+  makes this edge possible: it is reported only if the next request does not carry the bit.
 
 The echo of an acknowledge (slaves without a processor) is no error.
 
@@ -57,7 +61,30 @@ class AlErrorNotAcknowledged final : public Rule {
     if (request.verdict == model::AlVerdict::kUnknown && !request.control.bit4()) {
       NotEvaluable(e.slave, ReasonCode::kNotRead, what::kAlStateBefore, request.frame.number);
     }
+    // The write of bit 4 = 0 was the first half of an acknowledge.
+    if (const auto held = held_.find(e.slave); held != held_.end()) {
+      const model::AlRequestJudged first = held->second;
+      held_.erase(held);
+      if (!request.control.bit4()) ReportRequest(first);
+    }
     if (request.verdict != model::AlVerdict::kNeedsAcknowledge) return;
+    const bool repeats =
+        request.before && request.before->bit4() &&
+        (request.control.state() == request.before->state() || request.control.state() == request.from);
+    if (repeats) {
+      held_.emplace(e.slave, e);
+      return;
+    }
+    ReportRequest(e);
+  }
+  void Finish() override {
+    for (const auto& [slave, held] : held_) ReportRequest(held);
+    NotEvaluableWithoutReturns();
+  }
+
+ private:
+  void ReportRequest(const model::AlRequestJudged& e) {
+    const model::AlRequestRecord& request = e.request;
     FindingIndex index = Repeat(e.slave, e.error_since, request.frame);
     if (index == kNoFinding) {
       Finding finding = Found(kNotAcknowledged, e.slave, request.frame);
@@ -72,7 +99,8 @@ class AlErrorNotAcknowledged final : public Rule {
     }
     context().ExplainRequest(e.slave, request.frame.number, index);
   }
-  void Finish() override { NotEvaluableWithoutReturns(); }
+
+  std::map<SlaveId, model::AlRequestJudged> held_;  // bit 4 went to 0: the edge may follow
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlErrorNotAcknowledged>};

@@ -31,7 +31,9 @@ state. Acknowledge the error (bit 4 of AL Control).][{!no_boot}[{?reason}[{?reas
 this.][{!reason}[{?names_no_setting}This AL status code names no setting: find its meaning in the manual of the slave,
 or ask its vendor.][{!names_no_setting}[{?checked}Check what else the AL status code names, and the firmware of the
 slave.][{!checked}[{?al_status_code}Check the settings that the AL status code names.][{!al_status_code}Read the AL status
-code (0x0134).]]]] Then acknowledge the error (bit 4 of AL Control) and request {requested} again.])",
+code (0x0134).]]]] Then acknowledge the error (bit 4 of AL Control) and
+[{?first}request {first} first: from {state_now} the slave does not go to {requested}][{!first}request {requested}
+again].])",
     .identity = "requested state_before al_status_code"};
 
 constexpr FindingKind kNotAcknowledged{
@@ -65,13 +67,23 @@ constexpr NoteKind kInitCommandsMissing{
     .text =
         "The ESI requires these writes before this transition, but the capture does not show them: {commands}[ and "
         "{more}]."};
+constexpr NoteKind kNoEdge{
+    .name = "no-acknowledge-edge",
+    .text =
+        "Bit 4 of AL Control was already 1 ({al_control_before}) before {al_control}. {source} acknowledges by the "
+        "positive edge of bit 4: write it as 0 first."};
+constexpr NoteKind kOtherResult{
+    .name = "other-result",
+    .text =
+        "AL Status shows {state_now} after the refusal. {source} gives as the resulting status of {al_status_code}: "
+        "{result}. The state before was {state_before}."};
 constexpr NoteKind kMayBeOlder{
     .name = "error-may-be-older",
     .text =
         "The error may be older: the master did not read AL Status between the start of the capture and the request."};
 
 constexpr const FindingKind* kKinds[] = {&kRefused, &kNotAcknowledged, &kRefusedOnBus};
-constexpr const NoteKind* kOwnNotes[] = {&kInitCommandsMissing, &kMayBeOlder};
+constexpr const NoteKind* kOwnNotes[] = {&kInitCommandsMissing, &kNoEdge, &kOtherResult, &kMayBeOlder};
 constexpr auto kNotes = refusal::With(kOwnNotes);
 
 // It asks what explains the request.
@@ -273,6 +285,55 @@ class AlRefused final : public Rule {
       finding.Add(kInitCommandsMissing, std::move(arguments));
     }
     if (!e.state_before_known) finding.Add(kMayBeOlder);
+    DescribeWay(finding, e, family);
+  }
+
+  /// How the master gets to the requested state from where the slave is now, and acknowledges.
+  static void DescribeWay(Finding& finding, const model::AlAnswered& e, const device::DeviceDescription& family) {
+    const std::uint8_t now = e.status.state();
+    const std::uint8_t requested = e.request.control.state();
+    if (finding.kind == &kRefused && esc::IsAlState(now) && esc::IsAlState(requested) &&
+        !family.AllowsAl(static_cast<esc::AlState>(now), static_cast<esc::AlState>(requested))) {
+      finding.Set("first", arg::State(StateAfter(now))).Set("state_now", arg::State(now));
+    }
+    const device::RegisterBits* edge = AcknowledgeEdge(family);
+    // Of another request the error is new: nothing was left to acknowledge.
+    if (finding.kind != &kNotAcknowledged || edge == nullptr || !e.request.before || !e.request.before->bit4() || !e.request.control.bit4()) return;
+    finding.Add(kNoEdge, {{"al_control_before", arg::Hex(e.request.before->raw)},
+                          {"al_control", arg::Hex(e.request.control.raw)},
+                          {"source", arg::Text(edge->source)}});
+  }
+
+  /// The state that leads upwards: PREOP from INIT and BOOT comes by INIT.
+  static std::uint8_t StateAfter(std::uint8_t state) {
+    if (state == static_cast<std::uint8_t>(esc::AlState::INIT)) return static_cast<std::uint8_t>(esc::AlState::PREOP);
+    if (state == static_cast<std::uint8_t>(esc::AlState::PREOP)) return static_cast<std::uint8_t>(esc::AlState::SAFEOP);
+    return static_cast<std::uint8_t>(esc::AlState::INIT);
+  }
+
+  /// The row of the manual that binds the acknowledge to the edge of bit 4 of AL Control; null if there is none.
+  static const device::RegisterBits* AcknowledgeEdge(const device::DeviceDescription& family) {
+    constexpr EscAddress kAlControl = 0x0120;
+    constexpr std::uint8_t kAcknowledge = 4;
+    for (const device::RegisterBits& row : family.register_bits) {
+      if (row.address == kAlControl && row.Covers(kAcknowledge) && row.rising.value_or(false)) return &row;
+    }
+    return nullptr;
+  }
+
+  /// The manual states in which state a code leaves the slave.
+  static void DescribeResult(Finding& finding, const Reported& reported, const device::AlStatusCode& entry,
+                             const device::DeviceDescription& family) {
+    const model::AlAnswered& e = reported.answer;
+    const std::uint8_t before = e.request.from;
+    const std::uint8_t expected = entry.resulting_state ? static_cast<std::uint8_t>(*entry.resulting_state) : before;
+    if (finding.kind != &kRefused || entry.result.empty() || before == 0 || !e.state_before_known) return;
+    if (expected == e.status.state()) return;
+    finding.Add(kOtherResult, {{"state_now", arg::State(e.status.state())},
+                               {"source", arg::Text(entry.source)},
+                               {"al_status_code", CodeValue(entry.code, family)},
+                               {"result", arg::Text(entry.result)},
+                               {"state_before", arg::State(before)}});
   }
 
   void SetCodes(Finding& finding, const Reported& reported) const {
@@ -286,6 +347,7 @@ class AlRefused final : public Rule {
     if (!finding.arguments.Has("requirement") && entry != nullptr && !entry->source.empty()) {
       finding.reference = ReferenceTo(entry->source);
     }
+    if (entry != nullptr && reported.codes.size() == 1) DescribeResult(finding, reported, *entry, family);
     const bool no_boot =
         std::find(reported.codes.begin(), reported.codes.end(), kBootNotSupported) != reported.codes.end();
     if (no_boot) finding.Set("no_boot", arg::Flag());

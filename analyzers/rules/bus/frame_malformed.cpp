@@ -1,3 +1,4 @@
+#include <cstdint>
 #include <utility>
 
 #include "analyzers/judge/rule.h"
@@ -15,7 +16,16 @@ constexpr FindingKind kMalformed{
     .next = R"(If the frame is outbound, correct the master. If it returned, check the link error counters
 (0x0300-0x0313).)",
     .identity = "problem"};
-constexpr const FindingKind* kKinds[] = {&kMalformed};
+constexpr FindingKind kWrongByteOrder{
+    .name = "wrong-byte-order",
+    .title = "Frame is big-endian, but EtherCAT is little-endian",
+    .message =
+        R"(The EtherCAT header in {frame} is big-endian: read so, the frame is whole, datagram by datagram. Read as
+little-endian, it is not. Slaves read little-endian and do not process such a frame.)",
+    .next =
+        R"(Correct the byte order in the master: it has to write the EtherCAT header, and the addresses and lengths of
+datagrams, as little-endian.)"};
+constexpr const FindingKind* kKinds[] = {&kMalformed, &kWrongByteOrder};
 
 /// How the lengths, flags and commands of a frame contradict its bytes.
 const Word& WordOf(wire::FrameProblem problem) {
@@ -27,6 +37,7 @@ const Word& WordOf(wire::FrameProblem problem) {
                                              "no datagram follows the one whose more flag is set"};
   static constexpr Word kUnknownCommand{"unknown-command", "a datagram has an undefined command"};
   static constexpr Word kNoDatagram{"no-datagram", "the EtherCAT length is too short for a datagram"};
+  static constexpr Word kByteOrder{"byte-order", "the EtherCAT header is big-endian"};
   switch (problem) {
     case wire::FrameProblem::kNone:
       return kNone;
@@ -42,6 +53,8 @@ const Word& WordOf(wire::FrameProblem problem) {
       return kUnknownCommand;
     case wire::FrameProblem::kNoDatagram:
       return kNoDatagram;
+    case wire::FrameProblem::kByteOrder:
+      return kByteOrder;
   }
   return kNone;
 }
@@ -66,7 +79,9 @@ way.
 ## How it is decided
 Not evaluated are packets that the snap length cut, frames of other EtherCAT types, and frames of foreign senders. Bytes
 that the EtherCAT length covers after the last datagram are padding, whatever they are: slaves stop where the more flag
-is clear. Findings are folded by kind of problem.
+is clear. A length that exceeds the frame is no problem if slaves take part in such frames, or if the master sends no
+others. Findings are folded by kind of problem. The byte order is wrong if the frame is whole, datagram by datagram,
+once its header, or that and the lengths, are read as big-endian.
 
 ## Example
 samples/captures/malformed.pcapng
@@ -81,10 +96,16 @@ class FrameMalformed final : public Rule {
   FrameMalformed() : Rule(kInfo) { Subscribe<track::FrameUnusable>(&FrameMalformed::On); }
 
   void On(const track::FrameUnusable& e) {
-    if (!e.own_master || e.reason != bus::Unusable::kMalformed || e.frame.kind() != wire::FrameKind::kMalformed) return;
+    if (e.reason != bus::Unusable::kMalformed || e.frame.kind() != wire::FrameKind::kMalformed) return;
+    // A sender of nothing that slaves can read does not count as a master, but it is one that wants to be.
+    if (!e.own_master && e.frame.problem() != wire::FrameProblem::kByteOrder) return;
     const auto key = static_cast<std::uint64_t>(e.frame.problem());
     if (FindingIndex index = Repeat(kNoSlave, key, e.frame.ref()); index != kNoFinding) {
       AddRelated(context().store[index], e.frame.ref().number);
+      return;
+    }
+    if (e.frame.problem() == wire::FrameProblem::kByteOrder) {
+      Report(key, Found(kWrongByteOrder, kNoSlave, e.frame.ref()));
       return;
     }
     Finding finding = Found(kMalformed, kNoSlave, e.frame.ref());

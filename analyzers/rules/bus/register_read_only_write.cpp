@@ -4,6 +4,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
+#include "decoder/device/profile_registry.h"
 #include "decoder/track/access.h"
 
 namespace ecaudit::register_read_only_write {
@@ -13,7 +14,7 @@ constexpr FindingKind kReadOnly{
     .name = "read-only",
     .title = "Write to read-only register {register}",
     .message = R"(The master writes {written_begin} to {register} in {frame}. This register is read-only for EtherCAT
-({manual}).[{?refused} The slave refused the write (working counter 0).][{?counted} The slave counted the access, but does
+[{!printed}({manual})][{?printed}in the EtherCAT slave controller ({esc}). The manual ({manual}) prints {printed}].[{?refused} The slave refused the write (working counter 0).][{?counted} The slave counted the access, but does
 not store the value.][{!refused}[{!counted} The slave does not store the value.]])",
     .next = "Remove the write, or write the register that was intended.",
     .identity = "register"};
@@ -43,7 +44,8 @@ Every byte of the write lies in a read-only register.
 - Masters write blocks that also cover writable registers (whole sync managers, FMMUs, the DC unit). These are not
   evaluated.
 - Masters clear registers by broadcast when they scan the bus. Broadcasts are not evaluated.
-- If the manuals contradict the standard on a register, the profile names which of them counts.
+- If a manual contradicts the slave controller on a register (0x0220 is printed R/W), the slave controller counts. The
+  finding cites it and names the difference.
 
 ## Example
 samples/captures/read-only-write.pcapng
@@ -80,8 +82,23 @@ class RegisterReadOnlyWrite final : public Rule {
         .Set("refused", arg::Flag(e.acceptance == track::Acceptance::kRefused))
         .Set("counted", arg::Flag(e.acceptance == track::Acceptance::kAccepted));
     finding.reference = ReferenceTo(first->source);
+    if (!first->printed_ecat.empty()) {
+      const device::RegisterRight* standard = StandardRight(first->address);
+      finding.Set("printed", arg::Text(first->printed_ecat))
+          .Set("esc", arg::Text(standard != nullptr ? std::string_view(standard->source) : kController));
+      finding.reference = ReferenceTo(standard != nullptr ? std::string_view(standard->source) : kController);
+    }
     finding.confidence = e.acceptance == track::Acceptance::kAssumed ? Confidence::kInferred : Confidence::kObserved;
     Report(key, std::move(finding));
+  }
+
+ private:
+  static constexpr std::string_view kController = "ESC-2, registers";
+
+  /// What the data sheet of the slave controller has for the register, where a manual prints another right.
+  static const device::RegisterRight* StandardRight(EscAddress address) {
+    const device::DeviceDescription* standard = device::BuiltinProfile("generic");
+    return standard == nullptr ? nullptr : standard->register_right(address);
   }
 };
 

@@ -7,6 +7,7 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/process_image.h"
 #include "analyzers/model/slave_model.h"
+#include "decoder/base/time.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/track/network.h"
 
@@ -17,8 +18,8 @@ constexpr FindingKind kNoLrw{
     .name = "lrw-not-supported",
     .title = "The slave does not support LRW, but the master exchanges data by LRW",
     .message =
-        R"(From {request_frame} on, when OP was requested, the slave counts in none of {frames} with its process data. The
-master sends them by LRW. Bit 9 of the ESC features (0x0008 = {features}) shows that this slave controller does
+        R"([From {request_frame} on, when OP was requested, the slave][{!request_frame}In {state} the slave] counts in none of
+{frames} with its process data. The master sends them by LRW. Bit 9 of the ESC features (0x0008 = {features}) shows that this slave controller does
 not support LRW.)",
     .next = "Use LRD for the inputs and LWR for the outputs of this slave (\"separate input and output\", \"no LRW\").",
     .identity = ""};
@@ -27,8 +28,8 @@ constexpr FindingKind kNever{
     .name = "never-counted",
     .title = "The slave never counts for its {direction}: 0 of {frames}",
     .message =
-        R"(From {request_frame} on, when OP was requested, the slave counts in none of {frames} ({command}) that hold its
-{direction}: its FMMU maps them, but the working counter leaves no room for it.)",
+        R"([From {request_frame} on, when OP was requested, the slave][{!request_frame}In {state} the slave] counts in none of
+{frames} ({command}) that hold its {direction}: its FMMU maps them, but the working counter leaves no room for it.)",
     .next = "Check direction and physical address of the FMMU, and the sync manager of the {direction}.",
     .identity = "direction"};
 
@@ -39,21 +40,24 @@ constexpr RuleInfo kInfo{.id = "wkc-never-right",
                          .severity = Severity::kError,
                          .subject = Subject::kProcessData,
                          .title = "A slave never counts in the process data that its FMMUs map",
-                         .needs = "returned frames, the FMMUs of the slave, the request of OP",
+                         .needs = "returned frames, the FMMUs and the AL state of the slave",
                          .source = "ETG1000.4, working counter; ESC-2, register 0x0008",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Whether a slave takes its outputs and gives its inputs at least once after OP was requested of it.
+Whether a slave takes its outputs and gives its inputs at least once after OP was requested of it, or while it is in
+SAFEOP (inputs) or OP.
 
 ## Why it matters
 The slave does not reach OP, or its watchdog takes it out of it. No single frame looks wrong: the working counter is
 the same in all of them.
 
 ## How it is decided
-The slave is in SAFEOP when OP is requested, an active FMMU maps its data, and the working counters of at least 20
-datagrams from then on show that it did not count, while none shows that it did. If the ESC features (0x0008) were
-read and bit 9 is set, and the datagrams are LRW, this is the reason.
+- The slave is in SAFEOP when OP is requested, an active FMMU maps its data, and the working counters of at least 20
+  datagrams from then on show that it did not count, while none shows that it did.
+- Without such a request the slave has to be in SAFEOP (inputs) or OP (inputs and outputs) for at least 20 datagrams and
+  250 ms, and none of the whole capture shows that it counted. In SAFEOP this is a warning.
+- If the ESC features (0x0008) were read and bit 9 is set, and the datagrams are LRW, this is the reason.
 
 ## Example
 tests/rules/wkc-never-right/violates.trace: LRW to a slave that does not support it.
@@ -64,6 +68,7 @@ Correct what the finding names. Compare with the FMMUs and sync managers that th
 
 constexpr std::uint16_t kNoLrwBit = 0x0200;
 constexpr std::uint64_t kLeast = 20;
+constexpr TimeNs kLong = 250'000'000;
 
 class WkcNeverRight final : public Rule {
  public:
@@ -76,22 +81,36 @@ class WkcNeverRight final : public Rule {
     constexpr auto kOp = static_cast<std::uint8_t>(esc::AlState::OP);
     constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
     if (e.request.control.state() != kOp || e.request.from != kSafeop) return;
-    const auto [at, is_first] = slaves_.try_emplace(e.slave);
-    if (!is_first) return;
+    Watched& watched = slaves_[e.slave];
+    if (watched.request.seen()) return;
     const model::SlaveModel& model = context().slave(e.slave);
-    at->second.request = e.request.frame;
-    at->second.before = {Counted{model.outputs.exchanged, model.outputs.missed},
-                         Counted{model.inputs.exchanged, model.inputs.missed}};
+    watched = {.request = e.request.frame,
+               .state = e.request.from,
+               .before = {model.outputs.exchanged, model.inputs.exchanged},
+               .missed = {}};
   }
 
   void On(const model::ProcessCycle& cycle) {
-    if (cycle.exchange != model::Exchange::kNo) return;
-    const auto slave = slaves_.find(cycle.part.slave);
-    if (slave == slaves_.end()) return;
-    Missed& missed = slave->second.missed[cycle.part.direction == device::PdoDirection::kRx ? 0 : 1];
+    if (cycle.exchange != model::Exchange::kNo || cycle.part.slave == kNoSlave) return;
+    const bool outputs = cycle.part.direction == device::PdoDirection::kRx;
+    const model::SlaveModel& model = context().slave(cycle.part.slave);
+    const bool in_op = model.al.SettledIn(esc::AlState::OP);
+    const bool exchanges = in_op || (!outputs && model.al.SettledIn(esc::AlState::SAFEOP));
+    auto slave = slaves_.find(cycle.part.slave);
+    if (slave == slaves_.end()) {
+      // Neither before: it has not lost what it had.
+      if (!exchanges || model.inputs.exchanged + model.outputs.exchanged > 0) return;
+      slave = slaves_.try_emplace(cycle.part.slave).first;
+    }
+    if (!slave->second.request.seen()) {
+      if (!exchanges) return;
+      slave->second.state = static_cast<std::uint8_t>(in_op ? esc::AlState::OP : esc::AlState::SAFEOP);
+    }
+    Missed& missed = slave->second.missed[outputs ? 0 : 1];
     if (!missed.first.seen()) missed.first = cycle.frame();
     missed.last = cycle.frame();
     missed.command = cycle.command;
+    ++missed.count;
   }
 
   void Finish() override {
@@ -103,13 +122,12 @@ class WkcNeverRight final : public Rule {
   struct Missed {
     FrameRef first, last;
     wire::Command command = wire::Command::NOP;
-  };
-  struct Counted {
-    std::uint64_t exchanged = 0, missed = 0;  ///< as in model::ProcessTraffic
+    std::uint64_t count = 0;
   };
   struct Watched {
-    FrameRef request;               ///< the first of OP
-    std::array<Counted, 2> before;  ///< then: outputs, inputs
+    FrameRef request;                       ///< the first of OP; unset: none, or not in SAFEOP
+    std::uint8_t state = 0;                 ///< in which it did not count
+    std::array<std::uint64_t, 2> before{};  ///< exchanged at the request: outputs, inputs
     std::array<Missed, 2> missed;
   };
 
@@ -119,28 +137,33 @@ class WkcNeverRight final : public Rule {
     const track::SlaveState& state = context().network().state(id);
     const auto features = state.registers.Value<std::uint16_t>(esc::kEscFeatures, Certainty::kObserved);
     for (std::size_t way = 0; way < traffic.size(); ++way) {
-      const std::uint64_t missed = traffic[way]->missed - watched.before[way].missed;
       const Missed& frames = watched.missed[way];
-      if (traffic[way]->exchanged != watched.before[way].exchanged || missed < kLeast || !frames.first.seen()) continue;
+      if (traffic[way]->exchanged != watched.before[way] || frames.count < kLeast || !frames.first.seen()) continue;
+      const bool asked = watched.request.seen();
+      const bool timed = frames.first.has_time && frames.last.has_time;
+      if (!asked && (!timed || Elapsed(frames.first.time, frames.last.time) < kLong)) continue;
       const bool no_lrw = frames.command == wire::Command::LRW && features && (*features & kNoLrwBit) != 0;
       Finding finding = Found(no_lrw ? kNoLrw : kNever, id, frames.first);
       finding.last = frames.last;
-      finding.Set("request_frame", arg::Frame(watched.request.number)).Set("frames", arg::Count(missed, "datagram"));
+      finding.Set("state", arg::State(watched.state)).Set("frames", arg::Count(frames.count, "datagram"));
+      if (asked) finding.Set("request_frame", arg::Frame(watched.request.number));
       AddRelated(finding, watched.request.number);
+      constexpr auto kOp = static_cast<std::uint8_t>(esc::AlState::OP);
+      const Severity severity = asked || watched.state == kOp ? Severity::kError : Severity::kWarning;
       if (no_lrw) {
         finding.Set("features", arg::Hex(*features));
-        (void)Report(1, std::move(finding));
+        (void)Report(1, severity, std::move(finding));
         return;
       }
       finding.Set("direction", arg::Of(way == 0 ? kOutputs : kInputs))
           .Set("command", arg::Text(wire::Name(frames.command)));
-      (void)Report(2 + way, std::move(finding));
+      (void)Report(2 + way, severity, std::move(finding));
     }
   }
 
   static constexpr Word kOutputs{"outputs", "outputs", true};
   static constexpr Word kInputs{"inputs", "inputs", true};
-  std::map<SlaveId, Watched> slaves_;  // those that OP was requested of
+  std::map<SlaveId, Watched> slaves_;  // those that OP was requested of, or that did not count
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<WkcNeverRight>};

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -33,7 +34,16 @@ in {frame}. This needs {transitions?transition|transitions} {transitions}, which
 has been {control_word} since {control_frame}.)",
     .next = "Look for another source of commands: service tool, enable input, second master.",
     .identity = "state_before state"};
-constexpr const FindingKind* kKinds[] = {&kLeftByItself, &kWithoutCommand};
+constexpr FindingKind kOtherTarget{
+    .name = "other-target",
+    .title = "{command} in {state_before} leads to {state}",
+    .message =
+        R"(Control word {control_word} (since {control_frame}) commands {command} in {state_before}. By the manual this is
+transition {transition}, which leads to {target}. The status word shows {state_before} ({status_word_before}) up to
+{before_frame} and {state} ({status_word}) in {frame} instead.)",
+    .next = "Let the master accept both states, and look into the manual of the firmware.",
+    .identity = "state_before state"};
+constexpr const FindingKind* kKinds[] = {&kLeftByItself, &kWithoutCommand, &kOtherTarget};
 
 constexpr RuleInfo kInfo{
     .id = "drive-illegal-state-change",
@@ -62,6 +72,9 @@ By the transitions 0 to 16 of the state machine.
 - The drive may have passed several transitions between two status words.
 - Not evaluated: words that show no state, changes from a status word of 0 (inputs not valid yet), and changes outside
   OP.
+
+A Quick stop (0x0003) in Switched on is transition 10, to Switch on disabled. A drive that shows Quick stop active
+instead followed the command in another way: that is a warning.
 
 A drive may leave Operation enabled by itself for Quick stop active or a state without torque that is no fault. That is
 a warning if the control word still enables the drive, and neither mode nor the control bits of the state machine
@@ -122,6 +135,7 @@ class DriveIllegalStateChange final : public Rule {
         AxisKey(e.axis) | std::uint64_t{static_cast<std::uint8_t>(e.from)} << 8U | static_cast<std::uint8_t>(e.to);
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
     const device::DriveProfile& drive = *context().slave(e.slave).profile->drive;
+    if (ReportOtherTarget(e, drive, key)) return;
     Finding finding = Found(kWithoutCommand, e.slave, e.frame);
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
     std::vector<Value> transitions;
@@ -139,6 +153,55 @@ class DriveIllegalStateChange final : public Rule {
     finding.reference = ReferenceTo(drive.source);
     NameAxis(finding, e.axis);
     Report(key, std::move(finding));
+  }
+
+  /// The master did command the drive to leave its state; only where it went is another matter.
+  bool ReportOtherTarget(const model::DriveIllegalChange& e, const device::DriveProfile& drive, std::uint64_t key) {
+    if (e.to != device::DriveState::kQuickStopActive) return false;
+    const std::uint32_t commanded = drive.Commanded(e.from, e.control, e.control);
+    for (const device::DriveTransition& transition : drive.transitions) {
+      if (transition.from != e.from || (commanded >> transition.number & 1U) == 0 || transition.to == e.to) continue;
+      const device::DriveCommand* command = CommandOf(drive, transition.number, e.control);
+      if (command == nullptr || !CommandsEntry(*command, drive, e.to)) continue;
+      Finding finding = Found(kOtherTarget, e.slave, e.frame);
+      finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
+      finding.Set("command", arg::Text(command->name))
+          .Set("state_before", StateValue(e.from))
+          .Set("state", StateValue(e.to))
+          .Set("target", StateValue(transition.to))
+          .Set("transition", arg::Number(transition.number))
+          .Set("control_word", arg::Hex(e.control))
+          .Set("control_frame", arg::Frame(e.control_since))
+          .Set("status_word_before", arg::Hex(e.word_before))
+          .Set("status_word", arg::Hex(e.word))
+          .Set("before_frame", arg::Frame(e.from_last));
+      AddRelated(finding, e.from_last);
+      AddRelated(finding, e.control_since);
+      finding.reference = ReferenceTo(command->source);
+      NameAxis(finding, e.axis);
+      Report(key, Severity::kWarning, std::move(finding));
+      return true;
+    }
+    return false;
+  }
+
+  static const device::DriveCommand* CommandOf(const device::DriveProfile& drive, std::uint8_t transition,
+                                               std::uint16_t control) {
+    for (const device::DriveCommand& command : drive.commands) {
+      const auto& numbers = command.transitions;
+      const bool commands = std::find(numbers.begin(), numbers.end(), transition) != numbers.end();
+      if (!command.automatic && commands && command.Matches(control, control)) return &command;
+    }
+    return nullptr;
+  }
+
+  /// In another state the same command leads to `state`: a quick stop from Operation enabled.
+  static bool CommandsEntry(const device::DriveCommand& command, const device::DriveProfile& drive,
+                            device::DriveState state) {
+    return std::any_of(command.transitions.begin(), command.transitions.end(), [&](std::uint8_t number) {
+      const device::DriveTransition* transition = drive.Find(number);
+      return transition != nullptr && transition->to == state;
+    });
   }
 
   void Finish() override {

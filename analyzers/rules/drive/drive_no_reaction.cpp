@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <map>
 #include <string>
 #include <utility>
@@ -22,14 +23,21 @@ constexpr FindingKind kNoEffect{
 {target}]). In {frame}, {waited_ms} later, the status word is still {status_word} ({state}). The limit is
 {limit_ms}.[{?no_voltage} Bit 4 of the status word is 0: the drive has no supply voltage.])",
     .next =
-        R"([{?no_voltage}Check the supply, hardware enable and safe torque off.][{?in_fault}The cause of the fault may
+        R"([{?edge}Send bit {edge} of the control word as 0, then as 1 (0x0007, then 0x000f): the positive edge activates the
+set points.][{!edge}[{?no_voltage}Check the supply, hardware enable and safe torque off.][{?in_fault}The cause of the fault may
 still be present: read the fault from the drive (1003h).][{!no_voltage}[{!in_fault}Check hardware enable, safe torque off and
-whether the fieldbus may control the drive.]])",
+whether the fieldbus may control the drive.]]])",
     .identity = "transition"};
 constexpr const FindingKind* kKinds[] = {&kNoEffect};
 
 constexpr NoteKind kEnabledLater{.name = "enabled-later", .text = "The drive shows Operation enabled in {frame}."};
-constexpr const NoteKind* kNotes[] = {&kEnabledLater};
+constexpr NoteKind kEdge{
+    .name = "edge-in-description",
+    .text =
+        "The manual contradicts itself. By its description ({described}), a positive edge of bit {bit} leaves {state}. "
+        "Its table of commands ({commanded}) prints the level {level}. Bit {bit} was already 1 before {command_frame}, "
+        "so there was no edge."};
+constexpr const NoteKind* kNotes[] = {&kEnabledLater, &kEdge};
 
 constexpr RuleInfo kInfo{.id = "drive-no-reaction",
                          .group = "Drive profile (DS402)",
@@ -99,6 +107,7 @@ class DriveNoReaction final : public Rule {
         .Set("no_voltage", arg::Flag(no_voltage))
         .Set("in_fault", arg::Flag(!no_voltage && e.state == device::DriveState::kFault));
     if (transition != nullptr) finding.Set("target", StateValue(transition->to));
+    DescribeEdge(finding, e, drive);
     AddRelated(finding, e.command.number);
     finding.reference = ReferenceTo(drive.source);
     NameAxis(finding, e.axis);
@@ -133,6 +142,29 @@ class DriveNoReaction final : public Rule {
 
  private:
   std::map<std::pair<SlaveId, std::uint64_t>, Finding> found_;  // reported at the end: the drive may be slow only
+
+  /// The drive may wait for an edge that only the description of the state names.
+  static void DescribeEdge(Finding& finding, const model::DriveNoReaction& e, const device::DriveProfile& drive) {
+    const device::DriveStateRow* row = drive.FindState(e.state);
+    if (row == nullptr || !row->edge_bit) return;
+    const unsigned bit = *row->edge_bit;
+    const auto has = [bit](std::uint16_t word) { return (word >> bit & 1U) != 0; };
+    if (!has(e.word) || !has(e.before)) return;
+    const device::DriveCommand* command = nullptr;
+    for (const device::DriveCommand& known : drive.commands) {
+      const bool commands =
+          std::find(known.transitions.begin(), known.transitions.end(), e.transition) != known.transitions.end();
+      if (commands && (known.mask >> bit & 1U) != 0) command = &known;
+    }
+    if (command == nullptr) return;
+    finding.Set("edge", arg::Number(bit));
+    finding.Add(kEdge, {{"described", arg::Text(row->source)},
+                        {"bit", arg::Number(bit)},
+                        {"state", StateValue(e.state)},
+                        {"commanded", arg::Text(command->source)},
+                        {"level", arg::Number(1)},
+                        {"command_frame", arg::Frame(e.command.number)}});
+  }
 
   static std::optional<Reason> Unevaluated(const model::DriveUnit& axis) {
     if (axis.without_time()) return Reason::Of(ReasonCode::kNoStamps);

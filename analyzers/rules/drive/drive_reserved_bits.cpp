@@ -17,24 +17,35 @@ constexpr FindingKind kControl{
         "this.",
     .identity = "bits"};
 
-constexpr const FindingKind* kKinds[] = {&kControl};
+constexpr FindingKind kStatus{
+    .name = "status-word-level",
+    .title = "Bit {bit} ({name}) of status word {status_word} is {shown}, not {level}",
+    .message =
+        R"(The status word is {status_word} in {frame}, in OP. By the manual ({source}) bit {bit} ({name}) is always
+{level}. Either the drive gives another meaning to it, or the word is no status word.)",
+    .next = "Compare the PDO mapping with what the master reads, and check what bit {bit} means in this firmware.",
+    .identity = "bit"};
+
+constexpr const FindingKind* kKinds[] = {&kControl, &kStatus};
 
 constexpr RuleInfo kInfo{.id = "drive-reserved-bits",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kInfo,
-                         .title = "Reserved bits of the control word are set",
-                         .needs = "control word 6040h; the AL state",
+                         .title = "Bits of control or status word that the manual fixes have another level",
+                         .needs = "control word 6040h and status word 6041h; the AL state",
                          .source = "CIA402, control word and status word",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-The bits of the control word that the manual of the family, or else the standard, calls reserved.
+The bits of the control word that the manual of the family, or else the standard, calls reserved. Further, the bits of
+the status word that the manual binds to a level: bit 9 (remote) of an AKD is always 1.
 
 ## Why it matters
 A mapping that is shifted by some bytes puts other values there. This shows itself here first.
 
 ## How it is decided
-The first word in OP in which such a bit is 1.
+The first control word in OP in which a reserved bit is 1, and the first status word in OP with a state and another
+level than the manual prints.
 
 ## Example
 tests/rules/drive-reserved-bits/violates.trace
@@ -53,6 +64,7 @@ class DriveReservedBits final : public Rule {
         NotEvaluable(slave, ReasonCode::kNotInCapture, what::kAlState);
       }
       ReportOf(slave, number, axis.reserved_control());
+      ReportStatus(slave, number, axis.odd_status());
     });
     NotEvaluableFor([](const model::SlaveModel& slave) { return DriveWordsMissing(slave, false); });
   }
@@ -69,6 +81,24 @@ class DriveReservedBits final : public Rule {
     finding.Set("bits", arg::List(std::move(bits)));
     NameAxis(finding, number);
     (void)Report(AxisKey(number), std::move(finding));
+  }
+
+  void ReportStatus(SlaveId slave, std::uint8_t number, const progress::AxisWatch::Reserved& odd) {
+    const auto& drive = context().slave(slave).profile->drive;
+    if (odd.bits == 0 || !drive) return;
+    for (const device::WordBit& row : drive->status_bits) {
+      if (!row.level || (odd.bits >> row.bit & 1U) == 0) continue;
+      Finding finding = Found(kStatus, slave, odd.frame);
+      finding.Set("status_word", arg::Hex(odd.word))
+          .Set("bit", arg::Number(row.bit))
+          .Set("name", arg::Text(row.name))
+          .Set("shown", arg::Number(*row.level == 0 ? 1 : 0))
+          .Set("level", arg::Number(*row.level))
+          .Set("source", arg::Text(row.source));
+      finding.reference = ReferenceTo(row.source);
+      NameAxis(finding, number);
+      (void)Report(AxisKey(number) | 0x100U | row.bit, std::move(finding));
+    }
   }
 };
 

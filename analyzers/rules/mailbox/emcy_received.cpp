@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,8 +21,9 @@ constexpr FindingKind kEmergency{
     .message =
         R"(The slave reports emergency error code {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})].
 The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[ The error category is
-{category}.][ The additional information has the number {number} as ASCII text.][{?source} The manual of
-this family has no row for this code: the meaning is that of a related family, {relative} ({source}).][{!meaning} No table has this code.])",
+{category}.][ The additional information has the number {number} as ASCII text.][{?source}[{?id_source} The manual of
+this family names {id} ({id_source}).] It has no row for this code: code and meaning are those of a related family,
+{relative} ({source}).][{!meaning} No table has this code.])",
     .next = "Find the code in the manual of the drive, and remove the cause.",
     .identity = "error_code"};
 
@@ -104,6 +106,8 @@ class EmcyReceived final : public Rule {
       if (known.inferred && known.from != nullptr) {
         finding.Set("source", arg::Text(known.code->source)).Set("relative", arg::Text(known.from->title));
       }
+      const std::string_view own = SourceOf(context().slave(e.slave).profile->sync, known.code->id);
+      if (known.inferred && !own.empty()) finding.Set("id_source", arg::Text(own));
     }
     finding.Set("error_register", arg::Hex(e.data.error_register, 2));
     if (std::vector<Value> bits = BitsOf(e.data.error_register); !bits.empty()) {
@@ -138,6 +142,15 @@ class EmcyReceived final : public Rule {
         break;
     }
     return Severity::kError;
+  }
+
+  /// Where the family's own manual names this number of a drive, though it has no table of codes; empty: nowhere.
+  static std::string_view SourceOf(const device::SyncDescription& sync, const std::string& id) {
+    for (const auto* numbers : {&sync.lost_faults, &sync.lost_warnings}) {
+      if (std::find(numbers->begin(), numbers->end(), id) == numbers->end()) continue;
+      return sync.lost_after_missing.source.empty() ? sync.lost_after_jitter.source : sync.lost_after_missing.source;
+    }
+    return {};
   }
 
   static std::vector<Value> BitsOf(std::uint8_t error_register) {

@@ -67,6 +67,11 @@ reads as many entries as the count states stops here.)",
 EEPROM or the ESI file.)",
     .identity = "object"};
 
+constexpr NoteKind kCountExceeds{
+    .name = "count-exceeds-entries",
+    .text =
+        R"({object:number} is to count {entries}, but the capture shows only [{shown}][{!shown}no entry] of
+{list:number}.)"};
 constexpr NoteKind kIsRegister{
     .name = "register-address",
     .text =
@@ -85,8 +90,8 @@ constexpr NoteKind kWrittenLater{.name = "accepted-later",
                                  .text = "In {accepted_frame} the slave accepted the same value."};
 
 constexpr const FindingKind* kKinds[] = {&kAborted, &kAbortedByMaster, &kNotOffered, &kCountTooLarge};
-constexpr const NoteKind* kNotes[] = {&kIsRegister,   &kNoCompleteAccessInEsi, &kAssignmentFixed,
-                                      &kMappingFixed, &kWrittenSingly,         &kWrittenLater};
+constexpr const NoteKind* kNotes[] = {&kCountExceeds, &kIsRegister,    &kNoCompleteAccessInEsi, &kAssignmentFixed,
+                                      &kMappingFixed, &kWrittenSingly, &kWrittenLater};
 
 constexpr RuleInfo kInfo{.id = "sdo-abort",
                          .group = "Mailbox and CoE",
@@ -173,6 +178,7 @@ constexpr Word kCheckMapped{"check-mapped-object",
 constexpr Word kCheckLength{"check-length", "Compare the length with the type of the object"};
 constexpr Word kCheckValue{"check-value", "Compare the subindex and the value with the limits of the object"};
 constexpr Word kCheckState{"check-state", "Check the state of the drive: AL state, enabled, local control"};
+constexpr Word kCheckCount{"check-count", "Write to subindex 0 the number of entries that exist"};
 constexpr Word kFindObject{"find-object", "Find the object in the dictionary of the drive"};
 
 /// Codes of ETG.1000.6, sorted.
@@ -355,6 +361,25 @@ class SdoAbort final : public Rule {
       if (code == kNoObject) finding.Set("advice", arg::Of(kCheckMapped));
     }
     finding.Set("other", arg::Flag(other));
+    AddCount(finding, t);
+  }
+
+  /// Subindex 0 of a list that is to count more entries than the capture shows.
+  void AddCount(Finding& finding, const mailbox::SdoTransfer& t) const {
+    const bool count = t.service == mailbox::SdoService::kDownload && t.has_object && !t.complete_access &&
+                       t.subindex == 0 && t.aborted_by == mailbox::Direction::kIn && process::IsPdoObject(t.index) &&
+                       t.data.size() == 1;
+    if (!count || t.data[0] == 0) return;
+    const process::PdoObject* const list = context().slave(t.slave).process.seen().Find(t.index);
+    if (list == nullptr || list->since == 0) return;
+    const std::uint8_t shown = list->values.empty() ? std::uint8_t{0} : list->values.rbegin()->first;
+    if (shown >= t.data[0]) return;
+    Arguments arguments{{"object", arg::Object(t.index, 0)},
+                        {"entries", arg::Count(t.data[0], "entry")},
+                        {"list", arg::Object(t.index)}};
+    if (shown > 0) arguments.Set("shown", arg::Count(shown, "entry"));
+    finding.Add(kCountExceeds, std::move(arguments));
+    finding.Set("advice", arg::Of(kCheckCount));
   }
 
   /// Complete access that was refused, and the entries that the master has to write one by one instead.

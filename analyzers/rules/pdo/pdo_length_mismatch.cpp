@@ -340,7 +340,7 @@ class PdoLengthMismatch final : public Rule {
     FindingIndex found = kNoFinding;
     for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
       const auto manager = state.sync_manager(n, Certainty::kInferred);
-      if (!manager || !manager->enabled() || !manager->buffered() || manager->length == 0) continue;
+      if (!manager || !manager->enabled() || !esc::IsProcessData(n, *manager) || manager->length == 0) continue;
       if (manager->start < kProcessMemory) continue;
       if (manager->ecat_writes() != (direction == device::PdoDirection::kRx)) continue;
       const Reach reach = ReachOf(state, *manager, direction);

@@ -1,16 +1,20 @@
 #include <algorithm>
+#include <cstdlib>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/model/process_image.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/progress/progress_model.h"
 #include "analyzers/words/what.h"
 #include "decoder/device/object_dictionary.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/process/pdo_mapping.h"
+#include "decoder/track/events.h"
 
 namespace ecaudit::pdo_object_type {
 namespace {
@@ -37,7 +41,26 @@ object from {since_frame} on, for {lasted_ms}. The master reads the inputs at a 
     .next = "Compare the PDO mapping (1A00h to 1BFFh) and the length of SM3 with what the drive sends.",
     .identity = "by_sdo by_process_data"};
 
-constexpr const FindingKind* kKinds[] = {&kLength, &kDiffers};
+constexpr FindingKind kObjectDiffers{
+    .name = "object-differs",
+    .title = "{object:number} is {by_sdo} by SDO, but {by_process_data} in the process data",
+    .message =
+        R"(The master read {by_sdo} from {object} by SDO ({frame}). The process data hold {by_process_data} at its place
+from {since_frame} to {until_frame}, before and after that.[ The value lies {distance} {side} its place: what the drive
+sends is shifted.] So the master reads these inputs at a wrong place, or the slave fills them with something else.)",
+    .next = "Compare the PDO mapping (1A00h to 1BFFh) and the length of SM3 with what the slave sends.",
+    .identity = "object"};
+
+constexpr FindingKind kNoLength{
+    .name = "no-length",
+    .title = "{object:number} is mapped with 255 bits, which no object has",
+    .message =
+        R"(The mapping of {pdo} holds {object} with 255 bits: the length byte of the entry is 0xff. The type of the object is
+not in the capture.[ What follows it in the process data ({following}) is read at a wrong place.])",
+    .next = "Map {object:number} with the length of its type.",
+    .identity = "object"};
+
+constexpr const FindingKind* kKinds[] = {&kLength, &kDiffers, &kObjectDiffers, &kNoLength};
 
 constexpr RuleInfo kInfo{
     .id = "pdo-object-type",
@@ -50,8 +73,8 @@ constexpr RuleInfo kInfo{
     .kinds = kKinds,
     .doc = R"(
 ## What it checks
-Whether each entry that the master maps is as long as the type of its object. Whether the drive shows the same mode of
-operation (6061h) by SDO and in the process data.
+Whether each entry that the master maps is as long as the type of its object. Whether the slave shows the same value of
+an object by SDO and in the process data.
 
 ## Why it matters
 The drive sends as many bits as its object has. All that follows in the process data is then read at a wrong place,
@@ -64,6 +87,9 @@ although lengths and working counters are right.
   length is then an inferred info: the slave accepted the mapping, and its object may be longer than in the standard.
 - A difference of 6061h counts if the process data held the other value for at least 100 ms.
 - A wrong length is an error if 6061h differs as well.
+- 255 bits are a warning for an object of any type: the length byte is 0xFF.
+- Any object that the inputs hold and that the master reads by SDO in OP is compared. It counts if the process data did
+  not change from 100 ms before the request to 100 ms after the answer. It is a warning.
 
 ## Example
 tests/rules/pdo-object-type/violates.trace: 6077h with 32 bits.
@@ -74,9 +100,37 @@ Correct the length of the entry in the start-up list of the master, or choose a 
 
 class PdoObjectType final : public Rule {
  public:
-  PdoObjectType() : Rule(kInfo) { Subscribe<mailbox::SdoTransfer>(&PdoObjectType::On); }
+  PdoObjectType() : Rule(kInfo) {
+    Subscribe<mailbox::SdoTransfer>(&PdoObjectType::On);
+    Subscribe<model::ProcessCycle>(&PdoObjectType::On);
+    Subscribe<track::CaptureGap>(&PdoObjectType::On);
+    Subscribe<track::RunBegan>(&PdoObjectType::On);
+  }
+
+  void On(const track::CaptureGap&) { Forget(); }
+  void On(const track::RunBegan&) { Forget(); }
+
+  /// Follows the inputs of the slaves that have a mailbox: since when each signal holds its value.
+  void On(const model::ProcessCycle& cycle) {
+    if (cycle.part.direction != PdoDirection::kTx || cycle.part.slave == kNoSlave || cycle.part.by_eni) return;
+    if (cycle.part.slave >= held_.size() || !held_[cycle.part.slave].with_sdo) return;
+    if (cycle.exchange != model::Exchange::kYes || !cycle.has_data() || cycle.part.places.empty()) return;
+    Held& held = held_[cycle.part.slave];
+    if (held.serial != cycle.part.serial) {
+      // Inputs in several datagrams, or other ones than before.
+      if (cycle.part.places.size() > kMostSignals) return;
+      held.Forget();
+      held.serial = cycle.part.serial;
+    }
+    if (!cycle.frame().has_time) return held.Forget();
+    if (held.values.empty() || !IsUnchanged(held, cycle)) Take(held, cycle);
+    if (!held.compared.empty()) Confirm(held, cycle);
+  }
 
   void On(const mailbox::SdoTransfer& transfer) {
+    if (transfer.slave >= held_.size()) held_.resize(transfer.slave + std::size_t{1});
+    held_[transfer.slave].with_sdo = true;
+    Compare(transfer);
     const bool mapping = process::IsRxMapping(transfer.index) || process::IsTxMapping(transfer.index);
     if (!transfer.has_object || !mapping || transfer.service != mailbox::SdoService::kDownload ||
         transfer.outcome != mailbox::SdoOutcome::kCompleted) {
@@ -97,6 +151,142 @@ class PdoObjectType final : public Rule {
   }
 
  private:
+  static constexpr std::size_t kMostSignals = 256;
+  static constexpr std::size_t kMostCompared = 16;
+  static constexpr TimeNs kSettledNs = 100'000'000;
+
+  /// An object that had another value by SDO than in the process data.
+  struct Compared {
+    std::size_t place = 0;
+    std::uint64_t by_sdo = 0;
+    std::uint32_t bits = 0;  ///< of the value by SDO
+    FrameRef answer;
+  };
+  struct Value64 {
+    std::uint64_t raw = 0;
+    FrameRef since;
+  };
+  /// The inputs of one slave in one datagram.
+  struct Held {
+    bool with_sdo = false;  ///< the slave has a mailbox
+    std::uint64_t serial = 0;
+    std::vector<std::uint8_t> raw;
+    std::vector<Value64> values;  ///< by place
+    std::vector<Compared> compared;
+    std::vector<model::ImagePart::Place> places;
+
+    void Forget() {
+      serial = 0;
+      values.clear();
+      compared.clear();
+    }
+  };
+
+  void Forget() {
+    for (Held& held : held_) held.Forget();
+  }
+
+  [[nodiscard]] bool IsUnchanged(const Held& held, const model::ProcessCycle& cycle) {
+    const std::vector<model::BitRun>& runs = cycle.part.runs;
+    if (runs.size() == 1 && runs[0].in_datagram % 8 == 0 && runs[0].bits % 8 == 0) {
+      const ByteSpan bytes = Slice(cycle.data, runs[0].in_datagram / 8, runs[0].bits / 8);
+      return std::ranges::equal(bytes, held.raw);
+    }
+    fresh_.clear();
+    cycle.AppendRaw(fresh_);
+    return fresh_ == held.raw;
+  }
+
+  void Take(Held& held, const model::ProcessCycle& cycle) {
+    const bool first = held.values.empty();
+    if (first) {
+      held.places = cycle.part.places;
+      held.values.resize(held.places.size());
+    }
+    held.raw.clear();
+    cycle.AppendRaw(held.raw);
+    for (std::size_t i = 0; i < held.places.size(); ++i) {
+      const std::uint64_t raw = cycle.Value(held.places[i]).value_or(0);
+      if (!first && held.values[i].raw == raw) continue;
+      held.values[i] = {raw, cycle.frame()};
+      std::erase_if(held.compared, [&](const Compared& compared) { return compared.place == i; });
+    }
+  }
+
+  static std::uint64_t Mask(std::uint32_t bits) {
+    return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
+  }
+
+  void Compare(const mailbox::SdoTransfer& t) {
+    const bool read = t.service == mailbox::SdoService::kUpload && t.outcome == mailbox::SdoOutcome::kCompleted &&
+                      t.has_object && !t.complete_access && t.certainty == Certainty::kObserved && !t.data_gap;
+    if (!read || t.data.empty() || t.data.size() > 8 || t.data.size() != t.size) return;
+    Held& held = held_[t.slave];
+    if (held.values.empty() || !t.request.has_time || !t.response.has_time) return;
+    const auto axis = progress::AxisOf(t.index);
+    constexpr std::uint16_t kModeShown = 0x6061;
+    if (axis && axis->second == kModeShown) return;  // the model of the axis compares it
+    if (!context().slave(t.slave).al.SettledIn(esc::AlState::OP)) return;
+    const std::uint32_t object = std::uint32_t{t.index} << 8U | t.subindex;
+    for (std::size_t i = 0; i < held.values.size(); ++i) {
+      const model::ImagePart::Place& place = held.places[i];
+      if (place.object != object) continue;
+      const Value64& value = held.values[i];
+      const auto bits = static_cast<std::uint32_t>(8 * t.data.size());
+      const std::uint64_t mask = Mask(std::min<std::uint32_t>(bits, place.bits));
+      const std::uint64_t by_sdo = UnsignedOf(t.data);
+      const bool same = (value.raw & mask) == (by_sdo & mask);
+      if (same || Elapsed(value.since.time, t.request.time) < kSettledNs) return;
+      if (held.compared.size() < kMostCompared) held.compared.push_back({i, by_sdo, bits, t.response});
+      return;
+    }
+  }
+
+  void Confirm(Held& held, const model::ProcessCycle& cycle) {
+    std::erase_if(held.compared, [&](const Compared& compared) {
+      if (Elapsed(compared.answer.time, cycle.frame().time) < kSettledNs) return false;
+      ReportObject(held, compared, cycle);
+      return true;
+    });
+  }
+
+  void ReportObject(const Held& held, const Compared& compared, const model::ProcessCycle& cycle) {
+    const model::ImagePart::Place& place = held.places[compared.place];
+    const Value64& value = held.values[compared.place];
+    const std::uint64_t key = std::uint64_t{1} << 40U | place.object;
+    if (Repeat(cycle.part.slave, key, compared.answer) != kNoFinding) return;
+    const model::Signal& signal = cycle.part.layout->signals[place.signal];
+    Finding finding = Found(kObjectDiffers, cycle.part.slave, compared.answer);
+    finding.Set("object", arg::Object(signal.index, signal.subindex, signal.name));
+    finding.Set("by_sdo", arg::Hex(compared.by_sdo, static_cast<int>(compared.bits / 4)))
+        .Set("by_process_data", arg::Hex(value.raw, std::max(1, (place.bits + 3) / 4)))
+        .Set("since_frame", arg::Frame(value.since.number))
+        .Set("until_frame", arg::Frame(cycle.frame().number));
+    SetDistance(finding, held, compared, place, cycle);
+    AddRelated(finding, value.since.number);
+    AddRelated(finding, cycle.frame().number);
+    (void)Report(key, Severity::kWarning, std::move(finding));
+  }
+
+  /// Where else in the inputs the value lies, if there is one such place and the value is no small number.
+  static void SetDistance(Finding& finding, const Held& held, const Compared& compared,
+                          const model::ImagePart::Place& place, const model::ProcessCycle& cycle) {
+    constexpr std::uint64_t kSmall = 0xFF;
+    const std::size_t bytes = compared.bits / 8;
+    const bool plain = cycle.part.runs.size() == 1 && cycle.part.runs[0].in_datagram <= place.bit;
+    if (!plain || compared.by_sdo <= kSmall || bytes < 2 || compared.by_sdo == Mask(compared.bits)) return;
+    const std::int64_t own = std::int64_t{place.bit} - cycle.part.runs[0].in_datagram;
+    std::optional<std::int64_t> found;
+    for (std::size_t at = 0; at + bytes <= held.raw.size(); ++at) {
+      if (UnsignedOf(ByteSpan(held.raw).subspan(at, bytes)) != compared.by_sdo) continue;
+      if (found) return;
+      found = static_cast<std::int64_t>(8 * at);
+    }
+    if (!found || *found == own) return;
+    finding.Set("distance", arg::Count(static_cast<std::uint64_t>(std::abs(*found - own)), "bit"))
+        .Set("side", arg::Of(*found < own ? kBefore : kAfter));
+  }
+
   /// @return whether a length is wrong
   bool Evaluate(SlaveId id, const model::SlaveModel& slave, PdoDirection direction) {
     const model::ProcessLayout& layout = slave.process.Layout(direction);
@@ -113,6 +303,10 @@ class PdoObjectType final : public Rule {
       if (signal.gap() || !written_.contains({id, signal.pdo})) continue;
       bool standard = false;
       const std::uint16_t bits = BitsOfType(slave, signal, standard);
+      if (bits == 0 && signal.bits == kNoBits) {
+        ReportNoLength(id, layout, i, traffic.first);
+        wrong = true;
+      }
       if (bits == 0 || bits == signal.bits || (bits == 1 && signal.bits == 8)) continue;
       wrong = true;
       Finding finding = Found(kLength, id, traffic.first);
@@ -134,6 +328,16 @@ class PdoObjectType final : public Rule {
       (void)Report(key, differs != nullptr ? Severity::kError : alone, std::move(finding));
     }
     return wrong;
+  }
+
+  void ReportNoLength(SlaveId id, const model::ProcessLayout& layout, std::size_t at, const FrameRef& frame) {
+    const model::Signal& signal = layout.signals[at];
+    Finding finding = Found(kNoLength, id, frame);
+    finding.Set("object", arg::Object(signal.index, signal.subindex, signal.name)).Set("pdo", arg::Object(signal.pdo));
+    SetFollowing(finding, layout, at, 1, 0);
+    AddRelated(finding, layout.since);
+    (void)Report(std::uint64_t{2} << 40U | std::uint64_t{signal.index} << 8U | signal.subindex, Severity::kWarning,
+                 std::move(finding));
   }
 
   static void SetFollowing(Finding& finding, const model::ProcessLayout& layout, std::size_t at, std::uint16_t mapped,
@@ -186,6 +390,12 @@ class PdoObjectType final : public Rule {
     (void)Report(1, Severity::kWarning, std::move(finding));
   }
 
+  static constexpr std::uint16_t kNoBits = 0xFF;
+  static constexpr Word kBefore{"before", "before"};
+  static constexpr Word kAfter{"after", "after"};
+
+  std::vector<Held> held_;                               ///< by slave
+  std::vector<std::uint8_t> fresh_;                      ///< raw inputs of the datagram at hand
   std::set<std::pair<SlaveId, std::uint16_t>> written_;  ///< mapping objects that the master wrote
 };
 

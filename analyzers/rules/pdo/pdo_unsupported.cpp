@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::string_view kMessage =
     R"(The master downloads {pdo} to {assignment} in {frame}. {outcome}[ with {abort_code}].[ The
-{direction} PDOs of the drive are {known_pdos} ({manual}).][{!known_pdos} The drive has no {direction} PDOs ({manual}).])";
+{direction} PDOs of the drive are {known_pdos} ({manual}).[ {other_pdos} {other_pdos?is|are} in another edition only
+({other_source}).]][{!known_pdos} The drive has no {direction} PDOs ({manual}).])";
 constexpr std::string_view kNext =
     "[{?known_pdos}Assign one of the listed PDOs.][{!known_pdos}Check the assignment in the master.]";
 
@@ -116,12 +117,20 @@ class PdoUnsupported final : public PdoRule {
   void ReportPdo(const mailbox::SdoTransfer& e, const Write& write, std::uint16_t pdo, device::PdoDirection direction,
                  const device::DeviceDescription& family) {
     std::vector<std::uint16_t> list;
+    std::vector<std::uint16_t> elsewhere;  // rows that the family keeps from another manual
     std::string source = family.pdo.source;
+    std::string other_source;
     for (const device::SelectablePdo& known : family.pdo.selectable) {
       if (known.direction != direction || known.example_only) continue;
+      if (!known.source.starts_with(family.document)) {
+        elsewhere.push_back(known.index);
+        other_source = known.source;
+        continue;
+      }
       list.push_back(known.index);
       source = known.source;
     }
+    if (list.empty()) list.swap(elsewhere);  // its list is another document's altogether
     if (family.pdo.flexible) {
       const auto& free =
           direction == device::PdoDirection::kRx ? family.pdo.flexible->rx_pdos : family.pdo.flexible->tx_pdos;
@@ -137,6 +146,9 @@ class PdoUnsupported final : public PdoRule {
         .Set("direction", PdoDirectionValue(direction))
         .Set("manual", arg::Text(family.title));
     if (!list.empty()) finding.Set("known_pdos", PdosValue(list));
+    if (!elsewhere.empty() && !list.empty()) {
+      finding.Set("other_pdos", PdosValue(elsewhere)).Set("other_source", arg::Text(other_source));
+    }
     finding.reference = ReferenceTo(source);
     ReportDownload(e, e.index, std::uint64_t{e.index} << 16U | pdo, std::move(finding));
   }

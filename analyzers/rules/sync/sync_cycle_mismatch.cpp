@@ -41,8 +41,8 @@ constexpr FindingKind kSync0AndDrive{
     .title = "SYNC0 cycle is {sync0_cycle_ns}, but {parameter} gives {drive_cycle_ns}",
     .message =
         R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
-in {frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns}[ (since {sync0_frame})], but {parameter} as given by
---parameter is {drive_count}. It counts in {count_unit}, so the cycle of the drive is {drive_cycle_ns}.)",
+in {frame}.] The SYNC0 cycle (0x09A0) is then {sync0_cycle_ns}[ (since {sync0_frame})], but {parameter} gives
+{drive_cycle_ns}. It is {parameter_count}, as given by --parameter, and counts {cycle_base_ns} ({parameter_source}).)",
     .next = "Set the same time in both.",
     .identity = "parameter"};
 
@@ -52,8 +52,8 @@ constexpr FindingKind kInterpolationAndDrive{
     .message =
         R"([{?changed_in_op}The master changed 60C2h in OP (last in {frame}).][{!changed_in_op}The master requests OP
 in {frame}.] The interpolation time (60C2h) is then {interpolation_ns}[ (since {interpolation_frame})], but
-{parameter} as given by --parameter is {drive_count}. It counts in {count_unit}, so the cycle of the drive is
-{drive_cycle_ns}.)",
+{parameter} gives {drive_cycle_ns}. It is {parameter_count}, as given by --parameter, and counts {cycle_base_ns}
+({parameter_source}).)",
     .next = "Set the same time in both.",
     .identity = "parameter"};
 
@@ -70,8 +70,8 @@ constexpr FindingKind kProcessData{
     .title = "Process data every {observed_us}, but the configured cycle is {configured_us}",
     .message =
         R"(In OP the outputs of this slave come every {observed_us}. That is the mean of {cycles} from {frame} to
-{end_frame}, by {time_base}. [{setting} is {drive_count}: it counts in {count_unit}, which gives {configured_ns} ns.]
-[{!drive_count}{setting} is {configured_ns} ns.][{?one_per_cycle} The drive needs one frame in each
+{end_frame}, by {time_base}. {setting} is [{parameter_count}, which means
+{parameter_count} x {cycle_base_ns} = {configured_us} ({parameter_source})][{!parameter_count}{configured_ns} ns].[{?one_per_cycle} The drive needs one frame in each
 cycle.][{!one_per_cycle} The observed cycle is neither a multiple nor a part of it.])",
     .next = "Let the master run with the configured cycle, or configure the cycle that it runs with."};
 
@@ -230,17 +230,12 @@ class SyncCycleMismatch final : public Rule {
     return one.place == Setting::Place::kSync0 ? kSync0AndDrive : kInterpolationAndDrive;
   }
 
-  /// The parameter of the drive is a number of units, not a time.
-  void SetCount(Finding& finding, TimeNs cycle) const {
-    const TimeNs unit = *context().slave(finding.slave).profile->sync.cycle_base;
-    finding.Set("drive_count", arg::Number(cycle / unit)).Set("count_unit", arg::Text(UnitText(unit)));
-  }
-
-  /// "62.5 us", "250 us"
-  static std::string UnitText(TimeNs unit) {
-    std::string text = std::to_string(unit / 1000);
-    if (unit % 1000 != 0) text += "." + std::to_string(unit % 1000 / 100);
-    return text + " us";
+  /// A parameter that counts periods of the drive.
+  void SetParameter(Finding& finding, TimeNs cycle) const {
+    const device::SyncDescription& family = context().slave(finding.slave).profile->sync;
+    finding.Set("parameter_count", arg::Number(cycle / *family.cycle_base))
+        .Set("cycle_base_ns", arg::Ns(*family.cycle_base))
+        .Set("parameter_source", arg::Text(family.cycle_count->source));
   }
 
   void SetSetting(Finding& finding, const Setting& setting) const {
@@ -254,7 +249,7 @@ class SyncCycleMismatch final : public Rule {
       case Setting::Place::kDrive:
         finding.Set("drive_cycle_ns", arg::Ns(setting.time))
             .Set("parameter", arg::Text(context().slave(finding.slave).profile->sync.cycle_count->keyword));
-        SetCount(finding, setting.time);
+        SetParameter(finding, setting.time);
         break;
     }
     AddRelated(finding, setting.since);
@@ -295,8 +290,8 @@ class SyncCycleMismatch final : public Rule {
     const auto interpolation = model::InterpolationTime(slave);
     const auto drive = DriveCycle(slave);
     TimeNs configured = 0;
-    bool by_drive = false;
     Value setting = arg::Of(what::kSync0Cycle);
+    bool by_parameter = false;
     if (settings && settings->activation.sync0() && settings->sync0_cycle_ns.value_or(0) > 0) {
       configured = *settings->sync0_cycle_ns;
     } else if (interpolation && slave.profile->sync.cycle_by_60c2.value.value_or(false)) {
@@ -304,8 +299,8 @@ class SyncCycleMismatch final : public Rule {
       setting = arg::Of(kInterpolation);
     } else if (drive) {
       configured = *drive;
-      by_drive = true;
       setting = arg::Text(slave.profile->sync.cycle_count->keyword);
+      by_parameter = true;
     }
     if (configured == 0) return;
     const sync::OutputWatch& outputs = context().sync().outputs(id);
@@ -342,9 +337,9 @@ class SyncCycleMismatch final : public Rule {
         .Set("end_frame", arg::Frame(outputs.rate.last().number))
         .Set("time_base", arg::Of(WordOf(outputs.rate.base())))
         .Set("one_per_cycle", arg::Flag(NeedsOneFrameACycle(slave)));
-    if (by_drive) {
-      SetCount(finding, configured);
-      finding.reference = ReferenceTo(slave.profile->sync.cycle_base.source);
+    if (by_parameter) {
+      SetParameter(finding, configured);
+      finding.reference = ReferenceTo(slave.profile->sync.cycle_count->source);
     }
     Report(3, std::move(finding));
   }

@@ -45,6 +45,18 @@ manual ({manual})][{!manual}The EtherCAT standard] requires [at least {cycle_min
     .next = "Choose a supported cycle, the same for SYNC0, 60C2h and the process data.",
     .identity = "setting"};
 
+constexpr FindingKind kNoCycle{
+    .name = "no-cycle",
+    .title = "60C2h: {units} units of 10^{power} s are no cycle time",
+    .message =
+        R"(The master wrote {units} to 60C2h:1 (interpolation time units) and {power} to 60C2h:2 (interpolation time
+index) before it requests OP in {frame}. 60C2h:2 is the power of ten of the time: -3 means milliseconds.[
+{?zero}0 units are no time.][{!zero} {units} units of 10^{power} s are [{?long}1 s or more][{!long}less than 1 us].] [The
+manual ({manual})][{!manual}The EtherCAT standard] requires at least {cycle_min_ns}.)",
+    .next =
+        "Write a negative exponent (INT8) to 60C2h:2 and the number of units to 60C2h:1: 2 ms is (2, -3) or (20, -4).",
+    .identity = "units power"};
+
 constexpr FindingKind kFramesTooFast{
     .name = "frames-too-fast",
     .title = "Process data every {cycle_us}, but the shortest cycle is {cycle_min_ns}",
@@ -60,7 +72,9 @@ constexpr FindingKind kFramesNoMultiple{
 deviation of {pll_range_ppm} ppm.)",
     .next = "Choose a multiple as the cycle of the master, or do not let the drive synchronise to it."};
 
-constexpr const FindingKind* kKinds[] = {&kSinglePulse, &kTooShort, &kNoMultiple, &kFramesTooFast, &kFramesNoMultiple};
+constexpr const FindingKind* kKinds[] = {&kSinglePulse, &kTooShort,      &kNoMultiple,
+                                         &kNoCycle,     &kFramesTooFast, &kFramesNoMultiple};
+constexpr Word kOtherPart{"interpolation-time-part", "one of 60C2h:1 (units) and 60C2h:2 (power of ten)"};
 
 constexpr RuleInfo kInfo{
     .id = "sync-cycle-unsupported",
@@ -84,6 +98,8 @@ The drive cannot follow a cycle that is no multiple of its own: it refuses to sy
 
 ## How it is decided
 - SYNC0 cycle and 60C2h are exact numbers that the master wrote.
+- 60C2h:1 (units) and 60C2h:2 (power of ten) must make a time: 0 units, an exponent above -1 (3 instead of -3) and one
+  below -9 make none. If the master wrote only one of them and never read the other one, 60C2h is not evaluated.
 - The observed cycle is a mean over at least 100 cycles in OP.
 - It is too short if it is below nine tenths of the shortest cycle: the exact value depends on the clock.
 - It is no multiple if it differs from the nearest one by more than the PLL range of the drive and the precision of the
@@ -122,7 +138,11 @@ class SyncCycleUnsupported final : public Rule {
   void On(const model::AlRequestJudged& e) {
     if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
     const auto cycle = model::InterpolationTime(context().slave(e.slave));
-    if (cycle) Check(e.slave, *cycle, kInterpolationTime, e.request.frame, 1);
+    if (cycle) {
+      Check(e.slave, *cycle, kInterpolationTime, e.request.frame, 1);
+    } else {
+      CheckParts(e.slave, e.request.frame);
+    }
   }
 
   void On(const sync::RateEnded& e) { Observed(e.slave); }
@@ -138,6 +158,38 @@ class SyncCycleUnsupported final : public Rule {
     if (Repeat(e.slave, kKey, e.frame) != kNoFinding) return;
     Finding finding = Found(kSinglePulse, e.slave, e.frame);
     finding.Set("sync0_cycle_ns", arg::Number(0));
+    Report(kKey, std::move(finding));
+  }
+
+  /// Units and exponent that make no time, or of which the master wrote one only.
+  void CheckParts(SlaveId id, const FrameRef& frame) {
+    constexpr std::uint16_t kObject = 0x60C2;
+    const model::SlaveModel& slave = context().slave(id);
+    const device::SyncDescription& family = slave.profile->sync;
+    if (!family.cycle_by_60c2.value.value_or(false) || !family.cycle_min.value) return;
+    const model::ObjectValue* units = slave.objects.Find(kObject, 1);
+    const model::ObjectValue* power = slave.objects.Find(kObject, 2);
+    if ((units == nullptr || !units->written) && (power == nullptr || !power->written)) return;
+    if (units == nullptr || power == nullptr) {
+      NotEvaluable(id, ReasonCode::kNotInCapture, kOtherPart, frame.number);
+      return;
+    }
+    // The drive's own values: only what the master wrote can be wrong.
+    const std::int64_t exponent = power->as_signed();
+    const bool sensible = exponent >= -9 && exponent <= -1 && units->raw != 0;
+    if (sensible) return;
+    constexpr std::uint64_t kKey = 5;
+    if (Repeat(id, kKey, frame) != kNoFinding) return;
+    Finding finding = Found(kNoCycle, id, frame);
+    AddRelated(finding, units->since);
+    AddRelated(finding, power->since);
+    finding.reference = ReferenceTo(family.cycle_by_60c2.source);
+    finding.Set("units", arg::Number(static_cast<std::int64_t>(units->raw)))
+        .Set("power", arg::Number(exponent))
+        .Set("zero", arg::Flag(units->raw == 0))
+        .Set("long", arg::Flag(exponent >= 0))
+        .Set("cycle_min_ns", arg::Ns(*family.cycle_min));
+    SetManual(finding, *slave.profile);
     Report(kKey, std::move(finding));
   }
 

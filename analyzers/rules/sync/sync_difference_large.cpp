@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <bit>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
@@ -58,6 +59,10 @@ the difference. 0x092C does not show that.)",
 
 constexpr const FindingKind* kKinds[] = {&kClockOff, &kClockOfOneOff, &kDelayTooLong};
 
+/// Its findings are the cause of delays that cannot be true.
+constexpr std::string_view kPortOrder = "bus-port-order";
+constexpr std::string_view kAfter[] = {kPortOrder};
+
 constexpr RuleInfo kInfo{.id = "sync-difference-large",
                          .group = "Synchronisation",
                          .severity = Severity::kWarning,
@@ -66,6 +71,7 @@ constexpr RuleInfo kInfo{.id = "sync-difference-large",
                          .needs = "reads of the time difference 0x092C in SAFEOP or OP while the time is distributed",
                          .source = "ESC-1, distributed clocks, system time difference 0x092C",
                          .kinds = kKinds,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 - The magnitude of 0x092C while the slave is in SAFEOP or OP: more than 1 us after it settled. 0x092C is the mean
@@ -85,7 +91,7 @@ drifting clock without compensation, and a control loop that does not settle.
 - A broadcast read is the OR over all slaves. At least half of its value must be true of one slave.
 - The limit in ns is configurable: sync-difference-large.
 - A propagation delay is certainly wrong if it is longer than 1 ms and than the whole round trip of the frames with
-  process data, by good stamps.
+  process data, by good stamps. Its cause is bus-port-order, if that rule found a slave with swapped cables.
 
 ## Example
 tests/rules/sync-difference-large/violates.trace
@@ -169,6 +175,7 @@ class SyncDifferenceLarge final : public Rule {
       if (!read) NotEvaluable(id, ReasonCode::kNotRead, kDifference);
       if (read && !counted) NotEvaluable(id, ReasonCode::kNotRead, kLaterDifference);
     }
+    for (const FindingIndex delay : delays_) NameWiring(context().store[delay]);
   }
 
  private:
@@ -202,7 +209,17 @@ class SyncDifferenceLarge final : public Rule {
     if (Repeat(id, 2, slave.delay_frame) != kNoFinding) return;
     Finding finding = Found(kDelayTooLong, id, slave.delay_frame);
     finding.Set("delay_ns", arg::Ns(delay)).Set("round_trip_ns", arg::Ns(*trip));
-    Report(2, std::move(finding));
+    delays_.push_back(Report(2, std::move(finding)));
+  }
+
+  /// The master computes the delays of all slaves from the receive times of each: one that is wired the wrong way round
+  /// is enough. That of the slave itself first.
+  void NameWiring(Finding& delay) const {
+    const std::vector<Finding>& findings = context().store.findings();
+    for (FindingIndex i = 0; i < findings.size(); ++i) {
+      if (findings[i].rule != kPortOrder) continue;
+      if (delay.caused_by == kNoFinding || findings[i].slave == delay.slave) delay.caused_by = i;
+    }
   }
 
   /// True when `magnitude` is to be reported.
@@ -221,6 +238,7 @@ class SyncDifferenceLarge final : public Rule {
 
   std::vector<Slave> slaves_;
   Slave any_;
+  std::vector<FindingIndex> delays_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncDifferenceLarge>};

@@ -11,6 +11,7 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
+#include "analyzers/words/drive_text.h"
 #include "decoder/base/time.h"
 #include "decoder/track/events.h"
 
@@ -30,7 +31,8 @@ constexpr FindingKind kFramesMissing{
         R"(From {before_frame} to {frame} outputs paused for {gap_ms} (+-{uncertainty_us} by {time_base}).[ In {frame}
 {pause_end}.] So {missing_frames} of the cycle of {cycle_us} {missing_frames?is|are} missing. [The manual
 ({manual})][{!manual}The EtherCAT standard] lets the drive lose synchronisation[ ({fault})] when more than
-{tolerated_frames} are missing while it is enabled. The status word {status_word} shows that it was enabled.)",
+{tolerated_frames} are missing while it is enabled. The status word {status_word} ({state}) shows that it was
+enabled.)",
     .next = "Find out why the master paused."};
 
 constexpr FindingKind kCyclesOutside{
@@ -41,7 +43,16 @@ manual ({manual})][{!manual}The EtherCAT standard] lets the drive lose synchroni
 {limit?cycle|cycles} in a row.)",
     .next = "Find out why the master was late or paused."};
 
+constexpr NoteKind kMayBeOff{
+    .name = "supervision-may-be-off",
+    .text =
+        "{parameter} can switch this supervision off[ (bits {off_bits})], and its value is not in the capture "
+        "({source}). "
+        "If the drive stays enabled without a fault, the supervision is off: give the value with --parameter "
+        "{parameter}=N."};
+
 constexpr const FindingKind* kKinds[] = {&kFramesMissing, &kCyclesOutside};
+constexpr const NoteKind* kNotes[] = {&kMayBeOff};
 
 // Several rules may explain one finding: the first that does so wins.
 constexpr std::string_view kAfter[] = {"sm-changed-while-active"};
@@ -58,6 +69,7 @@ constexpr RuleInfo kInfo{
         "drive is enabled",
     .source = "AKD-2011, 4.13; AKD-2010, 4.13; MKD, 3.4; PILZ, 4.8",
     .kinds = kKinds,
+    .notes = kNotes,
     .after = kAfter,
     .doc = R"(
 ## What it checks
@@ -77,15 +89,17 @@ The drive stops the axis. The capture shows what the drive received before that.
 - A pause that never ends is evaluated from 100 ms on (or from the watchdog that is set). It counts until the master
   requests another state or the capture ends. If its begin may be a capture gap, only the time after that counts.
 - Frames that never returned may have reached the drive. They do not count as missing.
-- Enabled means: the status word 6041h in the inputs before the pause is Operation enabled. If it is not mapped, nothing
-  is evaluated.
-- The supervision of the AKD can be switched off (FBUS.PARAM04). If the capture or --parameter shows 0, nothing is
-  reported.
+- Enabled means: the status word 6041h in the inputs before the pause shows a state in which the power stage is enabled.
+  These are Operation enabled, Quick stop active and, by the manuals, Switched on. If it is not mapped, nothing is
+  evaluated.
+- The supervision can be switched off: AKD by FBUS.PARAM04 = 0, Pilz by SERCSET bits 17 and 18. If the capture or
+  --parameter shows that, nothing is reported. If the value is unknown, a note names the parameter.
 - If the limit lies within the uncertainty of the clock, nothing is reported.
 - If the drive is still enabled after 64 missing frames or more, the capture has a gap. With fewer it may have one if no
   frame at all was captured in the pause, and the indices of the frames do not show that none are missing.
 - If the slave left OP with 0x001B in the pause, its watchdog expired. sync-watchdog-margin reports that.
-- Pilz: each cycle is evaluated as by sync-window-violation.
+- Pilz: each cycle is evaluated as by sync-window-violation. A frame that is late by more than half a cycle counts as
+  one cycle outside, not as two.
 
 ## Example
 samples/captures/sync-frames-missing.pcapng
@@ -118,7 +132,7 @@ class SyncLost final : public Rule {
     const auto& tolerated = slave.profile->sync.lost_after_missing;
     if (!tolerated.value) return;
     const auto supervision = model::ValueOf(slave, slave.profile->sync.supervision);
-    if (supervision && supervision->value == 0) return;
+    if (supervision && !slave.profile->sync.supervision->IsOn(supervision->value)) return;
     const TimeNs cycle = CycleOf(slave, e);
     if (cycle <= 0) return;
     const std::optional<TimeNs> missing = Missing(e, cycle, *tolerated);
@@ -143,7 +157,8 @@ class SyncLost final : public Rule {
     Run& run = RunOf(e.slave);
     if (missing == 0 && !off) return;
     if (missing > 0) Extend(run, e.cycle - missing, e.cycle - 1, e.before);
-    if (off) Extend(run, e.cycle, e.cycle, e.before);
+    // Early for its cycle, after one without a frame: a frame of that one, late. The next frame may be in time.
+    if (off && (missing == 0 || e.deviation_ns > 0)) Extend(run, e.cycle, e.cycle, e.before);
     Evaluate(e.slave, run, e.frame);
   }
 
@@ -223,7 +238,7 @@ class SyncLost final : public Rule {
     }
     const TimeNs least = missing_at(e.gap.ns - *e.uncertainty_ns);
     if (least <= limit) {
-      if (least + static_cast<TimeNs>(e.unreturned) > limit && OperationEnabled(e.status_word)) {
+      if (least + static_cast<TimeNs>(e.unreturned) > limit && IsEnabled(e)) {
         NotEvaluable(e.slave, ReasonCode::kNeverReturned, what::kWorkingDuringPause, EndOf(e).number);
       }
       if (missing_at(e.gap.ns + *e.uncertainty_ns) > limit) {
@@ -237,13 +252,25 @@ class SyncLost final : public Rule {
       NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kStatusWord, EndOf(e).number);
       return std::nullopt;
     }
-    if (!OperationEnabled(e.status_word)) return std::nullopt;
+    if (!IsEnabled(e)) return std::nullopt;
     const bool ends = e.end == sync::OutputGap::End::kOutputs;
-    if (ends && !e.fell.seen() && IsHole(context().sync().outputs(e.slave), static_cast<std::uint64_t>(least))) {
+    if (ends && !e.fell.seen() && StaysEnabled(e, static_cast<std::uint64_t>(least))) {
       NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kPauseOfDrive, EndOf(e).number);
       return std::nullopt;
     }
     return least;
+  }
+
+  [[nodiscard]] bool ShowsEnabled(SlaveId slave, const std::optional<std::uint16_t>& word) const {
+    const auto& drive = context().slave(slave).profile->drive;
+    return word && drive && drive->ShowsEnabled(*word);
+  }
+  [[nodiscard]] bool IsEnabled(const sync::OutputGap& e) const { return ShowsEnabled(e.slave, e.status_word); }
+  /// As IsHole(), for all states in which the power stage is enabled.
+  [[nodiscard]] bool StaysEnabled(const sync::OutputGap& e, std::uint64_t cycles) const {
+    const sync::OutputWatch& outputs = context().sync().outputs(e.slave);
+    return (cycles >= kHoleCycles || outputs.may_be_hole) && ShowsEnabled(e.slave, outputs.last_status_word) &&
+           ShowsEnabled(e.slave, outputs.status_word);
   }
 
   [[nodiscard]] static Finding FindingOf(const sync::OutputGap& e, const model::SlaveModel& slave, TimeNs cycle,
@@ -264,6 +291,7 @@ class SyncLost final : public Rule {
     if (const Word* end = WordOf(e.end); end != nullptr && !left_op) finding.Set("pause_end", arg::Of(*end));
     const std::vector<std::string>& faults = slave.profile->sync.lost_faults;
     if (!faults.empty()) finding.Set("fault", arg::Text(faults.front()));
+    if (slave.profile->drive) finding.Set("state", StateValue(slave.profile->drive->StateOf(*e.status_word)));
     SetManual(finding, *slave.profile);
     return finding;
   }
@@ -298,6 +326,9 @@ class SyncLost final : public Rule {
   void Evaluate(SlaveId id, const Run& run, const FrameRef& frame) {
     const device::DeviceDescription& profile = *context().slave(id).profile;
     const auto& limit = profile.sync.lost_after_jitter;
+    const std::optional<device::DriveParameter>& parameter = profile.sync.supervision;
+    const auto supervision = model::ValueOf(context().slave(id), parameter);
+    if (supervision && !parameter->IsOn(supervision->value)) return;
     if (run.length < *limit || Repeat(id, 1, frame) != kNoFinding) return;
     Finding finding = Found(kCyclesOutside, id, frame);
     AddRelated(finding, run.before.number);
@@ -310,6 +341,15 @@ class SyncLost final : public Rule {
     for (const std::string& warning : profile.sync.lost_warnings) faults.push_back(arg::Text(warning));
     if (!faults.empty()) finding.Set("faults", arg::List(std::move(faults)));
     SetManual(finding, profile);
+    if (parameter && !supervision && parameter->off_bits != 0) {
+      std::vector<Value> bits;
+      for (unsigned bit = 0; bit < 32; ++bit) {
+        if ((parameter->off_bits >> bit & 1U) != 0) bits.push_back(arg::Number(bit));
+      }
+      finding.Add(kMayBeOff, {{"parameter", arg::Text(parameter->keyword)},
+                              {"off_bits", arg::List(std::move(bits))},
+                              {"source", arg::Text(parameter->source)}});
+    }
     Report(1, std::move(finding));
   }
 

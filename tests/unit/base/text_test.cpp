@@ -40,6 +40,9 @@ TEST(Text, Ordinals) {
 TEST(Text, CountsAreGroupedAndPlural) {
   EXPECT_EQ(Count(1, "frame"), "1 frame");
   EXPECT_EQ(Count(1234567, "frame"), "1,234,567 frames");
+  EXPECT_EQ(Count(1, "entry"), "1 entry");
+  EXPECT_EQ(Count(3, "entry"), "3 entries");
+  EXPECT_EQ(Count(2, "day"), "2 days");
 }
 
 TEST(Text, AVerbAgreesWithItsPart) {

@@ -149,7 +149,7 @@ TEST(SyncProfile, ParametersThatSdoShowsOrTheUserGives) {
     SCOPED_TRACE(name);
     const SyncDescription& sync = BuiltinProfile(name)->sync;
     const bool inferred = std::string_view(name).starts_with("kollmorgen-akd");
-    ASSERT_EQ(sync.DriveParameters().size(), 6U);
+    ASSERT_EQ(sync.DriveParameters().size(), 7U);
     EXPECT_EQ(sync.cycle_count->keyword, "FBUS.SAMPLEPERIOD");
     EXPECT_FALSE(sync.cycle_count->object);
     EXPECT_EQ(sync.sync_distance->keyword, "FBUS.SYNCDIST");
@@ -161,9 +161,20 @@ TEST(SyncProfile, ParametersThatSdoShowsOrTheUserGives) {
     EXPECT_EQ(sync.pll_threshold->object->index, 0x50B1);
     EXPECT_EQ(sync.supervision->keyword, "FBUS.PARAM04");
     EXPECT_EQ(sync.supervision->object->index, 0x36E8);
+    EXPECT_TRUE(sync.supervision->IsOn(1));
+    EXPECT_FALSE(sync.supervision->IsOn(0));
+    EXPECT_EQ(sync.pll_switch->keyword, "FBUS.PARAM02");
+    EXPECT_EQ(sync.pll_switch->object->index, 0x36E6);
+    EXPECT_EQ(sync.pll_switch->object_inferred, inferred);
+    EXPECT_FALSE(sync.pll_switch->IsOn(2));
+    EXPECT_TRUE(sync.pll_switch->IsOn(3));
   }
   const SyncDescription& pilz = BuiltinProfile("pilz-pmcprotego-d")->sync;
-  ASSERT_EQ(pilz.DriveParameters().size(), 1U);
+  ASSERT_EQ(pilz.DriveParameters().size(), 2U);
+  EXPECT_EQ(pilz.supervision->keyword, "SERCSET");
+  EXPECT_TRUE(pilz.supervision->IsOn(0));
+  EXPECT_FALSE(pilz.supervision->IsOn(1 << 17));
+  EXPECT_TRUE(pilz.supervision->IsOn(1 << 19));
   EXPECT_EQ(pilz.cycle_count->keyword, "PTBASE");
   EXPECT_TRUE(BuiltinProfile("generic")->sync.DriveParameters().empty());
 }

@@ -30,6 +30,32 @@ TEST(FrameProblem, LengthBeyondFrame) {
   ExpectProblem(Plain(payload), FrameProblem::kLengthBeyondFrame, 1);
 }
 
+TEST(FrameProblem, AFrameThatIsWholeButForItsLengthCanBeAccepted) {
+  const Bytes one = Datagrams({{.index = 1}});
+  Bytes payload = Header(one.size() + 16);
+  Append(payload, one);
+  const Bytes packet = Plain(payload);
+  FrameView view = Parse(packet);
+  EXPECT_TRUE(view.IsWholeButForLength());
+  view.AcceptLength();
+  EXPECT_EQ(view.kind(), FrameKind::kEtherCat);
+  EXPECT_EQ(view.padding(), 16U);
+  EXPECT_FALSE(view.IsWholeButForLength());
+}
+
+TEST(FrameProblem, AFrameWithMoreThanAWrongLengthCannotBeAccepted) {
+  for (const DatagramBytes& last : {DatagramBytes{.index = 1, .flags = 0x8000}, DatagramBytes{.command = 77}}) {
+    const Bytes one = last.Encode();
+    Bytes payload = Header(one.size() + 16);
+    Append(payload, one);
+    const Bytes packet = Plain(payload);
+    FrameView view = Parse(packet);
+    EXPECT_FALSE(view.IsWholeButForLength());
+    view.AcceptLength();
+    EXPECT_EQ(view.kind(), FrameKind::kMalformed);
+  }
+}
+
 TEST(FrameProblem, DatagramBeyondLength) {
   // The header covers the first datagram and a part of the second.
   const Bytes two = Datagrams({{.index = 1}, {.index = 2}});

@@ -105,6 +105,8 @@ export function topologyPanel(capture) {
       svg("text", { x: x(node) + BOX.width + 10, y: top + 15, className: "name" }, label,
         about && svg("tspan", { className: "port", dx: label ? 8 : 0 }, about),
         open.length > 0 && svg("tspan", { className: "port", dx: 8 }, `port ${open.map((p) => p.port).join(", ")} leads on, to whom is not known`),
+        node.entry_port !== null && node.entry_port !== undefined &&
+          svg("tspan", { className: "bad", dx: 8 }, `frames enter at port ${node.entry_port}, not at port 0`),
         node.dl_status_frame === null && svg("tspan", { className: "port", dx: 8 }, "ports not read"),
         link.trouble && svg("tspan", { className: "bad", dx: 8 }, "\u26a0")));
     if (link.trouble) notes.push(h("li", null, h("b", null, link.name.charAt(0).toUpperCase() + link.name.slice(1)), `: ${link.trouble}`));
