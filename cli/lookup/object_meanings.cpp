@@ -157,7 +157,7 @@ void AddModeBits(const std::string& name, const device::DriveProfile& drive, std
 void AddCommands(const std::string& name, const device::DriveProfile& drive, std::vector<Statement>& out) {
   for (const device::DriveCommand& row : drive.commands) {
     std::string bits;
-    for (unsigned bit = 16; bit-- > 0;) {
+    for (int bit = 15; bit >= 0; --bit) {
       if ((row.mask >> bit & 1U) == 0) continue;
       const bool rises = (row.rising >> bit & 1U) != 0;
       const bool falls = (row.falling >> bit & 1U) != 0;

@@ -443,8 +443,10 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   // Without what follows the datagrams, so that huge packets do not stay in memory.
   const ByteSpan kept = frame.bytes().first(frame.used_bytes());
   const bool copy = MayBeCopy(frame, kept);
+  bool again = false;
   if (!copy) {
     const Repeats repeats = RepeatsLast(sender, key, kept);
+    again = repeats == Repeats::kAll;
     if (const GapBefore gap = Follow(sender, frame, repeats); gap != GapBefore::kNone) {
       if (gap > gap_) gap_ = gap;
       after_gap_ = head_;
@@ -463,6 +465,7 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   slot.undecided = before_first_return;
   slot.reason = Undecided::kBeforeFirstReturn;
   slot.copy = copy;
+  slot.again = again;
   slot.before_gap = false;
   slot.overtaken = 0;
   slot.key = key;
@@ -879,7 +882,7 @@ void Pairing::AnswerInFlight(Slot& slot, const wire::FrameView& frame) noexcept 
   const FrameRef& sent = slot.view.ref();
   const FrameRef again = RepeatedSince(slot);
   const bool other = !again.seen() && MayAnswerLater(slot, frame);
-  ReportLate(slot);
+  if (slot.again) ReportLate(slot);
   if (sent.has_time && frame.ref().has_time) {
     const std::int64_t round_trip = Elapsed(sent.time, frame.ref().time);
     if (round_trip == 0) ++statistics_.identical_stamps;

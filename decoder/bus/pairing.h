@@ -167,6 +167,7 @@ class Pairing {
     Loss loss{};                     ///< of one that is lost
     bool other_end = false;          ///< sent at the other end of a redundant line
     bool copy = false;               ///< may be the packet before it, captured twice
+    bool again = false;              ///< the frame before once more, which was in flight
     bool before_gap = false;         ///< counted as overtaken once because the indices after it skip
     std::uint32_t overtaken = 0;
     std::uint64_t key = 0;

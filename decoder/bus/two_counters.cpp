@@ -53,13 +53,15 @@ void TwoCounters::FollowSent(const wire::FrameView& frame) noexcept {
   row.last = frame.ref();
   row.first_index = first;
   row.last_index = frame[frame.size() - 1].index();
-  row.lowest_index = std::min(row.lowest_index, first);
-  row.set_up_positions |= PositionsSetUp(frame);
+  // What begins with process data sets nothing up.
+  if (!wire::IsLogical(frame[0].command())) row.set_up_positions |= PositionsSetUp(frame);
 }
 
 void TwoCounters::FollowReturned(const wire::FrameView& frame) noexcept {
-  if (frame.empty() || frame.key() != sent_key_) return;
   Row& row = rows_[current_];
+  const bool alone = rows_[1 - current_].frames == 0;
+  if (alone && row.answered >= kProven) return;  // nearly always
+  if (frame.empty() || frame.key() != sent_key_) return;
   if (AnyWorkingCounter(frame)) {
     ++row.answered;
   } else if (wire::IsNodeAddressed(frame[0].command())) {

@@ -261,7 +261,8 @@ TEST(BoundedMemory, StatesAndStartupsOfManySlaves) {
           returned.push_back(Answered(sent.back(), sent.back().data, 1));
         }
       },
-      kLimit, 8 * kMiB);  // registers that all slaves hold alike are kept once; the longer capture ends in between
+      kLimit + 4 * kMiB,  // the most of all: thousands of slaves, with the coverage of each rule and their ladders
+      8 * kMiB);          // registers that all slaves hold alike are kept once; the longer capture ends in between
 }
 
 TEST(BoundedMemory, LogicalAddressesWithoutEnd) {

@@ -10,6 +10,7 @@
 #include "analyzers/model/process_image.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/progress/progress_model.h"
+#include "analyzers/rules/pdo/held_inputs.h"
 #include "analyzers/words/what.h"
 #include "decoder/device/object_dictionary.h"
 #include "decoder/mailbox/events.h"
@@ -110,20 +111,23 @@ class PdoObjectType final : public Rule {
   void On(const track::CaptureGap&) { Forget(); }
   void On(const track::RunBegan&) { Forget(); }
 
-  /// Follows the inputs of the slaves that have a mailbox: since when each signal holds its value.
+  /// Follows the inputs of the slaves that have a mailbox, where they lie in one piece.
   void On(const model::ProcessCycle& cycle) {
     if (cycle.part.direction != PdoDirection::kTx || cycle.part.slave == kNoSlave || cycle.part.by_eni) return;
     if (cycle.part.slave >= held_.size() || !held_[cycle.part.slave].with_sdo) return;
     if (cycle.exchange != model::Exchange::kYes || !cycle.has_data() || cycle.part.places.empty()) return;
+    const std::vector<model::BitRun>& runs = cycle.part.runs;
+    if (runs.size() != 1 || runs[0].in_datagram % 8 != 0 || runs[0].bits % 8 != 0) return;
     Held& held = held_[cycle.part.slave];
     if (held.serial != cycle.part.serial) {
       // Inputs in several datagrams, or other ones than before.
-      if (cycle.part.places.size() > kMostSignals) return;
       held.Forget();
       held.serial = cycle.part.serial;
+      held.places = cycle.part.places;
+      held.begin = runs[0].in_datagram;
     }
     if (!cycle.frame().has_time) return held.Forget();
-    if (held.values.empty() || !IsUnchanged(held, cycle)) Take(held, cycle);
+    held.inputs.Take(Slice(cycle.data, runs[0].in_datagram / 8, runs[0].bits / 8), cycle.frame());
     if (!held.compared.empty()) Confirm(held, cycle);
   }
 
@@ -151,66 +155,46 @@ class PdoObjectType final : public Rule {
   }
 
  private:
-  static constexpr std::size_t kMostSignals = 256;
   static constexpr std::size_t kMostCompared = 16;
   static constexpr TimeNs kSettledNs = 100'000'000;
 
   /// An object that had another value by SDO than in the process data.
   struct Compared {
-    std::size_t place = 0;
+    model::ImagePart::Place place;
+    std::uint64_t by_process_data = 0;
     std::uint64_t by_sdo = 0;
     std::uint32_t bits = 0;  ///< of the value by SDO
+    FrameRef since;          ///< the process data held their value
     FrameRef answer;
-  };
-  struct Value64 {
-    std::uint64_t raw = 0;
-    FrameRef since;
   };
   /// The inputs of one slave in one datagram.
   struct Held {
     bool with_sdo = false;  ///< the slave has a mailbox
     std::uint64_t serial = 0;
-    std::vector<std::uint8_t> raw;
-    std::vector<Value64> values;  ///< by place
-    std::vector<Compared> compared;
+    std::uint32_t begin = 0;  ///< bit of the datagram where they begin
     std::vector<model::ImagePart::Place> places;
+    HeldInputs inputs;
+    std::vector<Compared> compared;
 
     void Forget() {
       serial = 0;
-      values.clear();
+      inputs.Forget();
       compared.clear();
+    }
+    /// The value at a place, at most 64 bits of it.
+    [[nodiscard]] std::uint64_t ValueAt(const model::ImagePart::Place& place) const {
+      std::uint64_t value = 0;
+      for (std::uint32_t i = 0; i < std::min<std::uint32_t>(place.bits, 64); ++i) {
+        const std::size_t bit = place.bit - begin + i;
+        if (bit / 8 >= inputs.bytes().size()) break;
+        value |= std::uint64_t{static_cast<std::uint8_t>(inputs.bytes()[bit / 8] >> bit % 8 & 1)} << i;
+      }
+      return value;
     }
   };
 
   void Forget() {
     for (Held& held : held_) held.Forget();
-  }
-
-  [[nodiscard]] bool IsUnchanged(const Held& held, const model::ProcessCycle& cycle) {
-    const std::vector<model::BitRun>& runs = cycle.part.runs;
-    if (runs.size() == 1 && runs[0].in_datagram % 8 == 0 && runs[0].bits % 8 == 0) {
-      const ByteSpan bytes = Slice(cycle.data, runs[0].in_datagram / 8, runs[0].bits / 8);
-      return std::ranges::equal(bytes, held.raw);
-    }
-    fresh_.clear();
-    cycle.AppendRaw(fresh_);
-    return fresh_ == held.raw;
-  }
-
-  void Take(Held& held, const model::ProcessCycle& cycle) {
-    const bool first = held.values.empty();
-    if (first) {
-      held.places = cycle.part.places;
-      held.values.resize(held.places.size());
-    }
-    held.raw.clear();
-    cycle.AppendRaw(held.raw);
-    for (std::size_t i = 0; i < held.places.size(); ++i) {
-      const std::uint64_t raw = cycle.Value(held.places[i]).value_or(0);
-      if (!first && held.values[i].raw == raw) continue;
-      held.values[i] = {raw, cycle.frame()};
-      std::erase_if(held.compared, [&](const Compared& compared) { return compared.place == i; });
-    }
   }
 
   static std::uint64_t Mask(std::uint32_t bits) {
@@ -222,28 +206,30 @@ class PdoObjectType final : public Rule {
                       t.has_object && !t.complete_access && t.certainty == Certainty::kObserved && !t.data_gap;
     if (!read || t.data.empty() || t.data.size() > 8 || t.data.size() != t.size) return;
     Held& held = held_[t.slave];
-    if (held.values.empty() || !t.request.has_time || !t.response.has_time) return;
+    if (held.inputs.bytes().empty() || !t.request.has_time || !t.response.has_time) return;
     const auto axis = progress::AxisOf(t.index);
     constexpr std::uint16_t kModeShown = 0x6061;
     if (axis && axis->second == kModeShown) return;  // the model of the axis compares it
     if (!context().slave(t.slave).al.SettledIn(esc::AlState::OP)) return;
     const std::uint32_t object = std::uint32_t{t.index} << 8U | t.subindex;
-    for (std::size_t i = 0; i < held.values.size(); ++i) {
-      const model::ImagePart::Place& place = held.places[i];
-      if (place.object != object) continue;
-      const Value64& value = held.values[i];
+    for (const model::ImagePart::Place& place : held.places) {
+      if (place.object != object || place.bit < held.begin) continue;
+      const std::uint64_t value = held.ValueAt(place);
       const auto bits = static_cast<std::uint32_t>(8 * t.data.size());
       const std::uint64_t mask = Mask(std::min<std::uint32_t>(bits, place.bits));
       const std::uint64_t by_sdo = UnsignedOf(t.data);
-      const bool same = (value.raw & mask) == (by_sdo & mask);
-      if (same || Elapsed(value.since.time, t.request.time) < kSettledNs) return;
-      if (held.compared.size() < kMostCompared) held.compared.push_back({i, by_sdo, bits, t.response});
+      if ((value & mask) == (by_sdo & mask)) return;
+      const FrameRef since = held.inputs.HeldSince(place.bit - held.begin, place.bits);
+      if (!since.seen() || Elapsed(since.time, t.request.time) < kSettledNs) return;
+      if (held.compared.size() < kMostCompared)
+        held.compared.push_back({place, value, by_sdo, bits, since, t.response});
       return;
     }
   }
 
   void Confirm(Held& held, const model::ProcessCycle& cycle) {
     std::erase_if(held.compared, [&](const Compared& compared) {
+      if (held.ValueAt(compared.place) != compared.by_process_data) return true;
       if (Elapsed(compared.answer.time, cycle.frame().time) < kSettledNs) return false;
       ReportObject(held, compared, cycle);
       return true;
@@ -251,34 +237,31 @@ class PdoObjectType final : public Rule {
   }
 
   void ReportObject(const Held& held, const Compared& compared, const model::ProcessCycle& cycle) {
-    const model::ImagePart::Place& place = held.places[compared.place];
-    const Value64& value = held.values[compared.place];
+    const model::ImagePart::Place& place = compared.place;
     const std::uint64_t key = std::uint64_t{1} << 40U | place.object;
     if (Repeat(cycle.part.slave, key, compared.answer) != kNoFinding) return;
     const model::Signal& signal = cycle.part.layout->signals[place.signal];
     Finding finding = Found(kObjectDiffers, cycle.part.slave, compared.answer);
     finding.Set("object", arg::Object(signal.index, signal.subindex, signal.name));
     finding.Set("by_sdo", arg::Hex(compared.by_sdo, static_cast<int>(compared.bits / 4)))
-        .Set("by_process_data", arg::Hex(value.raw, std::max(1, (place.bits + 3) / 4)))
-        .Set("since_frame", arg::Frame(value.since.number))
+        .Set("by_process_data", arg::Hex(compared.by_process_data, std::max(1, (place.bits + 3) / 4)))
+        .Set("since_frame", arg::Frame(compared.since.number))
         .Set("until_frame", arg::Frame(cycle.frame().number));
-    SetDistance(finding, held, compared, place, cycle);
-    AddRelated(finding, value.since.number);
+    SetDistance(finding, held, compared);
+    AddRelated(finding, compared.since.number);
     AddRelated(finding, cycle.frame().number);
     (void)Report(key, Severity::kWarning, std::move(finding));
   }
 
   /// Where else in the inputs the value lies, if there is one such place and the value is no small number.
-  static void SetDistance(Finding& finding, const Held& held, const Compared& compared,
-                          const model::ImagePart::Place& place, const model::ProcessCycle& cycle) {
+  static void SetDistance(Finding& finding, const Held& held, const Compared& compared) {
     constexpr std::uint64_t kSmall = 0xFF;
     const std::size_t bytes = compared.bits / 8;
-    const bool plain = cycle.part.runs.size() == 1 && cycle.part.runs[0].in_datagram <= place.bit;
-    if (!plain || compared.by_sdo <= kSmall || bytes < 2 || compared.by_sdo == Mask(compared.bits)) return;
-    const std::int64_t own = std::int64_t{place.bit} - cycle.part.runs[0].in_datagram;
+    if (compared.by_sdo <= kSmall || bytes < 2 || compared.by_sdo == Mask(compared.bits)) return;
+    const std::int64_t own = std::int64_t{compared.place.bit} - held.begin;
     std::optional<std::int64_t> found;
-    for (std::size_t at = 0; at + bytes <= held.raw.size(); ++at) {
-      if (UnsignedOf(ByteSpan(held.raw).subspan(at, bytes)) != compared.by_sdo) continue;
+    for (std::size_t at = 0; at + bytes <= held.inputs.bytes().size(); ++at) {
+      if (UnsignedOf(held.inputs.bytes().subspan(at, bytes)) != compared.by_sdo) continue;
       if (found) return;
       found = static_cast<std::int64_t>(8 * at);
     }
@@ -395,7 +378,6 @@ class PdoObjectType final : public Rule {
   static constexpr Word kAfter{"after", "after"};
 
   std::vector<Held> held_;                               ///< by slave
-  std::vector<std::uint8_t> fresh_;                      ///< raw inputs of the datagram at hand
   std::set<std::pair<SlaveId, std::uint16_t>> written_;  ///< mapping objects that the master wrote
 };
 

@@ -1,0 +1,75 @@
+/// in: the inputs of one slave, cycle by cycle.  out: since when their bits hold their value.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "decoder/base/bytes.h"
+#include "decoder/base/ids.h"
+#include "decoder/base/time.h"
+
+namespace ecaudit {
+
+/// Keeps which bits changed in two windows of time, one after the other, and not when each of them did: that costs a
+/// comparison of bytes for each cycle.
+class HeldInputs {
+ public:
+  void Forget() {
+    bytes_.clear();
+    begin_ = before_ = FrameRef{};
+  }
+  /// The next cycle. @param bytes of all inputs  @param frame that brought them, with a time stamp
+  void Take(ByteSpan bytes, const FrameRef& frame) {
+    if (bytes_.size() != bytes.size()) {
+      bytes_.assign(bytes.begin(), bytes.end());
+      for (std::vector<std::uint8_t>& changed : changed_) changed.assign(bytes.size(), 0);
+      begin_ = frame;
+      before_ = FrameRef{};
+      return;
+    }
+    if (std::memcmp(bytes_.data(), bytes.data(), bytes.size()) != 0) Change(bytes);
+    if (Elapsed(begin_.time, frame.time) < kWindowNs) return;
+    std::swap(changed_[0], changed_[1]);
+    changed_[0].assign(bytes.size(), 0);
+    before_ = begin_;
+    begin_ = frame;
+  }
+  /// The last inputs; empty: none are known.
+  [[nodiscard]] ByteSpan bytes() const { return bytes_; }
+  /// A frame since which these bits of the inputs hold their value, one window or two ago. Not seen: they changed since
+  /// then, or the inputs are not known for so long.
+  [[nodiscard]] FrameRef HeldSince(std::size_t bit, std::size_t bits) const {
+    if (!before_.seen() || bit + bits > 8 * bytes_.size()) return {};
+    for (std::size_t i = bit; i < bit + bits; ++i) {
+      if (((changed_[0][i / 8] | changed_[1][i / 8]) >> (i % 8) & 1) != 0) return {};
+    }
+    return before_;
+  }
+
+ private:
+  static constexpr std::int64_t kWindowNs = 200'000'000;
+
+  /// Eight bytes at a time: inputs of axes that move change in every cycle.
+  void Change(ByteSpan bytes) {
+    std::uint8_t* const changed = changed_[0].data();
+    std::size_t i = 0;
+    for (std::uint64_t before = 0, now = 0, all = 0; i + sizeof(now) <= bytes.size(); i += sizeof(now)) {
+      std::memcpy(&before, bytes_.data() + i, sizeof(before));
+      std::memcpy(&now, bytes.data() + i, sizeof(now));
+      std::memcpy(&all, changed + i, sizeof(all));
+      all |= before ^ now;
+      std::memcpy(changed + i, &all, sizeof(all));
+    }
+    for (; i < bytes.size(); ++i) changed[i] = static_cast<std::uint8_t>(changed[i] | (bytes_[i] ^ bytes[i]));
+    std::memcpy(bytes_.data(), bytes.data(), bytes.size());
+  }
+
+  std::vector<std::uint8_t> bytes_;
+  std::array<std::vector<std::uint8_t>, 2> changed_;  ///< bits, in this window and in the one before
+  FrameRef begin_;                                    ///< of this window ...
+  FrameRef before_;                                   ///< ... and of the one before
+};
+
+}  // namespace ecaudit
