@@ -179,6 +179,15 @@ bool FamilyUnseen(const model::SlaveModel& model) {
   return model.profile->id == "generic" && (!model.identity.vendor_id || !model.identity.product_code);
 }
 
+Presence OfFaultBits(const SlaveSummary& slave, const model::SlaveModel& model) {
+  const auto& rows = model.profile->object_bits;
+  const bool has = std::any_of(rows.begin(), rows.end(),
+                               [](const device::ObjectBits& row) { return row.sign != device::BitSign::kNone; });
+  if (has) return {};
+  return FamilyUnseen(model) && Speaks(slave.mailbox, "CoE") ? Unseen(Reason::Of(ReasonCode::kFamilyUnknown))
+                                                             : Absent(NotApplicable::kNoFaultBits);
+}
+
 Presence OfLatch(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   if (slave.latch) return {};
   if (slave.touch_probe) return Unseen(ReasonCode::kNotFollowed, what::kTouchProbe);
@@ -244,6 +253,8 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
       return OfClock(slave);
     case Subject::kLatch:
       return OfLatch(slave, context, result);
+    case Subject::kFaultBits:
+      return OfFaultBits(slave, model);
     case Subject::kOfChapter:
     case Subject::kCapture:
     case Subject::kBus:

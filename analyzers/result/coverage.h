@@ -31,6 +31,7 @@ enum class NotApplicable : std::uint8_t {
   kNoProcessData,
   kNoCycle,
   kNoDrive,
+  kNoFaultBits,
   kClockUnused,
   kNoLatch,
   kLatchUnused
@@ -62,6 +63,8 @@ enum class NotApplicable : std::uint8_t {
       return "no cycle time is set in the capture";
     case NotApplicable::kNoDrive:
       return "the slave is not used as a drive: no control or status word";
+    case NotApplicable::kNoFaultBits:
+      return "no object of the slave is known to show faults by its bits";
     case NotApplicable::kClockUnused:
       return "the distributed clock is not used";
     case NotApplicable::kNoLatch:

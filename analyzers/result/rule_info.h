@@ -29,6 +29,7 @@ enum class Subject : std::uint8_t {
   kDrive,          ///< a drive whose control and status word are seen
   kClock,          ///< a slave whose distributed clock is used
   kLatch,          ///< a slave whose latch words are seen
+  kFaultBits,      ///< a slave whose family has objects with bits that show faults
   kExpectation     ///< a start-up for which an expectation is given
 };
 

@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "cli/lookup/manual_rows.h"
 #include "cli/lookup/meanings.h"
 #include "decoder/base/text.h"
 
@@ -138,6 +139,7 @@ void ForEachRow(const DeviceDescription& family, Visit visit) {
   for (const device::Fact& row : family.facts) {
     visit(JoinedRow().Add(row.category).Add(row.name).Add(row.value, ": ").Take(), row.note, row.source);
   }
+  for (const ManualRow& row : ManualRows(family)) visit(row.text, row.note, row.source);
   if (family.dictionary) {
     for (const device::DictionaryObject& row : family.dictionary->objects) {
       if (row.keyword.empty()) continue;
@@ -160,6 +162,7 @@ void ForEachRow(const DeviceDescription& family, Visit visit) {
 std::string ModeText(const device::DriveProfile& drive, const device::OperationMode& mode) {
   std::string text = mode.name;
   if (mode.opmode) text += ", " + drive.opmode_parameter + " " + std::to_string(*mode.opmode);
+  if (mode.printed_opmode) text += " (printed " + std::to_string(*mode.printed_opmode) + ")";
   if (mode.cmdsource) text += ", " + drive.cmdsource_parameter + " " + std::to_string(*mode.cmdsource);
   return text;
 }
@@ -167,16 +170,17 @@ std::string ModeText(const device::DriveProfile& drive, const device::OperationM
 void AddNamed(std::string_view name, const Families& families, std::vector<Meaning>& out) {
   if (name.size() < 2) return;
   Meaning meaning{.kind = "name in a manual", .name = std::string(name), .details = {}, .statements = {}};
-  std::set<std::pair<std::string, std::string>> known;  // what an earlier meaning states, and each row once
+  std::set<std::pair<std::string, std::string>> earlier;  // what an earlier meaning states
   for (const Meaning& before : out) {
-    for (const Statement& row : before.statements) known.emplace(row.family, row.source + row.text);
+    for (const Statement& row : before.statements) earlier.emplace(row.family, row.source + row.text);
   }
+  std::set<std::pair<std::string, std::string>> known;  // each row once
   for (const DeviceDescription* family : families) {
     std::size_t rows = 0;
     ForEachRow(*family, [&](const std::string& text, const std::string& note, const std::string& source) {
       if (!Mentions(text, name) && !Mentions(note, name)) return;
       if (rows == kMostNamedRows || !source.starts_with(family->document)) return;
-      const bool listed = std::any_of(known.begin(), known.end(), [&](const auto& row) {
+      const bool listed = std::any_of(earlier.begin(), earlier.end(), [&](const auto& row) {
         return row.first == family->id && row.second.ends_with(text.substr(text.find(':') + 1));
       });
       if (listed || !known.emplace(family->id, source + text).second) return;

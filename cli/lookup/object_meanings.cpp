@@ -64,7 +64,9 @@ std::string RowText(const DictionaryObject& row) {
       types += (types.empty() ? "" : " or ") + std::string(name);
     }
     Join(text, types);
+    if (!row.printed_type.empty()) text += " (printed " + row.printed_type + ")";
     Join(text, row.constant ? "constant" : Name(row.access));
+    if (!row.printed_access.empty()) text += " (printed " + row.printed_access + ")";
     Join(text, Name(row.mappable));
     if (row.only) Join(text, *row.only == device::PdoDirection::kRx ? "in RxPDOs only" : "in TxPDOs only");
     Join(text, row.unit.empty() ? "" : "unit " + row.unit);
@@ -169,7 +171,8 @@ void AddCommands(const std::string& name, const device::DriveProfile& drive, std
     std::string transitions;
     for (const std::uint8_t number : row.transitions) Join(transitions, std::to_string(number));
     out.push_back({name,
-                   "command " + row.name + ": " + (bits.empty() ? "any word" : bits) + "; " +
+                   "command " + row.name + (row.variant.empty() ? "" : " " + row.variant) + ": " +
+                       (bits.empty() ? "any word" : bits) + "; " +
                        (row.transitions.size() == 1 ? "transition " : "transitions ") + transitions,
                    row.note, row.source});
   }
@@ -195,6 +198,39 @@ void AddLatchBits(const std::string& name, const device::LatchDescription& latch
   }
 }
 
+/// Where the positions of a latch are, and which capture unit it shares with a touch probe.
+void AddLatchEdges(const std::string& name, const device::LatchDescription& latch, std::uint16_t index,
+                   std::vector<Statement>& out) {
+  if (index != latch.control_object && index != latch.status_object) return;
+  for (const device::LatchEdge& row : latch.edges) {
+    std::string text = row.name + ": armed by " + Hex(row.enable) + ", valid " + Hex(row.valid);
+    if (row.selector != 0) Join(text, "selector " + std::to_string(row.selector));
+    for (const device::ObjectAddress& at : row.positions) Join(text, "position " + ObjectName(at.index, at.subindex));
+    if (row.touch_probe != 0) Join(text, "same unit as touch probe " + std::to_string(row.touch_probe));
+    Join(text, row.capture_unit.empty() ? "" : "unit " + row.capture_unit);
+    out.push_back({name, text, row.note, row.source});
+  }
+}
+
+/// "fault number, 1 is F1": what the object holds of faults and warnings.
+/// @param standard  whose rows a family repeats; null: none, or this is the standard
+void AddNumbers(const DeviceDescription& family, const std::string& name, const device::DriveProfile* standard,
+                std::uint16_t index, std::optional<std::uint8_t> subindex, std::vector<Statement>& out) {
+  const auto add = [&](const std::vector<device::FaultObject>& rows) {
+    for (const device::FaultObject& row : rows) {
+      if (row.index != index || (subindex && !row.Holds(index, *subindex))) continue;
+      const device::FaultObject* common =
+          standard == nullptr ? nullptr : standard->FindFaultObject(index, row.subindex);
+      if (common != nullptr && common->source == row.source) continue;
+      std::string text(device::FaultValueName(row.kind));
+      if (!row.prefix.empty()) text += ", 1 is " + row.prefix + "1";
+      out.push_back({name, text, row.note, row.source});
+    }
+  };
+  if (family.drive) add(family.drive->fault_objects);
+  add(family.reported_objects);
+}
+
 /// What only drives have: the bits of control and status word, the modes of operation.
 void AddDriveWords(const DeviceDescription& family, const std::string& name, const device::DriveProfile* standard,
                    std::uint16_t index, std::vector<Statement>& out) {
@@ -209,7 +245,7 @@ void AddDriveWords(const DeviceDescription& family, const std::string& name, con
     for (const device::DriveStateRow& row : family.drive->states) {
       rows.push_back({name,
                       "state " + std::string(device::DriveStateName(row.state)) + ": (word & " + Hex(row.printed.mask) +
-                          ") = " + Hex(row.printed.value),
+                          ") = " + Hex(row.printed.value) + (row.meaning.empty() ? "" : ", " + row.meaning),
                       row.note, row.source});
     }
     AddWordBits(name, family.drive->status_bits, rows);
@@ -318,9 +354,12 @@ void AddObject(std::uint16_t index, std::optional<std::uint8_t> subindex, const 
         (!family.object_bits.empty() && family.object_bits.front().source != generic->object_bits.front().source);
     if (own_bits || index != kErrorRegister) AddObjectBits(family, name, index, subindex, meaning.statements);
     AddParameters(family, name, index, subindex, meaning.statements);
+    AddNumbers(family, name, is_standard || generic == nullptr || !generic->drive ? nullptr : &*generic->drive, index,
+               subindex, meaning.statements);
     for (const auto* latch : {&family.latch, &family.touch_probe}) {
-      if (*latch && (*latch)->source.starts_with(family.document))
-        AddLatchBits(name, **latch, index, meaning.statements);
+      if (!*latch || !(*latch)->source.starts_with(family.document)) continue;
+      AddLatchBits(name, **latch, index, meaning.statements);
+      AddLatchEdges(name, **latch, index, meaning.statements);
     }
     AddDriveWords(family, name, generic != nullptr && generic->drive ? &*generic->drive : nullptr, index,
                   meaning.statements);

@@ -8,7 +8,7 @@
 namespace ecaudit::device {
 
 /// What a bit shows when it is 1, for objects by which a device without a status word reports trouble.
-enum class BitSign : std::uint8_t { kNone, kFault, kWarning };
+enum class BitSign : std::uint8_t { kNone, kFault, kWarning, kEither };
 
 /// One bit field of an object, or one value of it.
 struct ObjectBits {

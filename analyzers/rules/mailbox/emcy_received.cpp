@@ -21,9 +21,9 @@ constexpr FindingKind kEmergency{
     .message =
         R"(The slave reports emergency error code {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})].
 The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[ The error category is
-{category}.][ The additional information has the number {number} as ASCII text.][{?source}[{?id_source} The manual of
-this family names {id} ({id_source}).] It has no row for this code: code and meaning are those of a related family,
-{relative} ({source}).][{!meaning} No table has this code.])",
+{category}.][ The additional information has the number {number} as ASCII text.][{?source} The manual of this
+family [{?id_source}names {id} ({id_source}), but ]has no row for this code: code and meaning are those of a related
+family, {relative} ({source}).][{!meaning} No table has this code.])",
     .next = "Find the code in the manual of the drive, and remove the cause.",
     .identity = "error_code"};
 
