@@ -180,10 +180,11 @@ bool FamilyUnseen(const model::SlaveModel& model) {
 }
 
 Presence OfFaultBits(const SlaveSummary& slave, const model::SlaveModel& model) {
+  const auto is_sign = [](const auto& row) { return row.sign != device::BitSign::kNone; };
   const auto& rows = model.profile->object_bits;
-  const bool has = std::any_of(rows.begin(), rows.end(),
-                               [](const device::ObjectBits& row) { return row.sign != device::BitSign::kNone; });
-  if (has) return {};
+  if (std::any_of(rows.begin(), rows.end(), is_sign)) return {};
+  const auto& drive = model.profile->drive;
+  if (drive && std::any_of(drive->status_bits.begin(), drive->status_bits.end(), is_sign)) return OfDrive(slave, model);
   return FamilyUnseen(model) && Speaks(slave.mailbox, "CoE") ? Unseen(Reason::Of(ReasonCode::kFamilyUnknown))
                                                              : Absent(NotApplicable::kNoFaultBits);
 }

@@ -9,6 +9,7 @@
 
 #include "decoder/device/al_description.h"
 #include "decoder/device/latch_description.h"
+#include "decoder/device/object_bits.h"
 #include "decoder/device/object_dictionary.h"
 
 namespace ecaudit::device {
@@ -98,6 +99,7 @@ struct WordBit {
   std::string name;
   std::string meaning;
   std::optional<std::uint8_t> level;  ///< the manual binds the bit to this level
+  BitSign sign = BitSign::kNone;      ///< of the status word: 1 shows it, beside the states
   std::string note;
   std::string source;
 };

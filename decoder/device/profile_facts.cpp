@@ -3,7 +3,7 @@
 
 namespace ecaudit::device {
 
-static void Read(const Cursor& cursor, BitSign& out) {
+void Read(const Cursor& cursor, BitSign& out) {
   static constexpr Word<BitSign> kSigns[] = {
       {"fault", BitSign::kFault}, {"warning", BitSign::kWarning}, {"fault or warning", BitSign::kEither}};
   ReadWord(cursor, kSigns, out);

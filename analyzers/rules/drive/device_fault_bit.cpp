@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <map>
 #include <optional>
 #include <set>
@@ -19,7 +18,39 @@ namespace ecaudit::device_fault_bit {
 namespace {
 
 using device::BitSign;
-using device::ObjectBits;
+
+constexpr std::uint16_t kStatusWord = 0x6041;
+
+/// One bit that shows a fault or a warning.
+struct Sign {
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::uint8_t bit = 0;
+  BitSign sign = BitSign::kNone;
+  const std::string& name;
+  const std::string& meaning;
+  const std::string& source;
+};
+
+/// Calls `visit(const Sign&)` for each such bit of the family.
+template <typename Visit>
+void ForEachSign(const device::DeviceDescription& family, Visit visit) {
+  for (const device::ObjectBits& row : family.object_bits) {
+    if (row.sign == BitSign::kNone || row.first != row.last) continue;
+    visit(Sign{row.index, row.subindex, row.first, row.sign, row.name, row.meaning, row.source});
+  }
+  if (!family.drive) return;
+  for (const device::WordBit& row : family.drive->status_bits) {
+    if (row.sign == BitSign::kNone) continue;
+    visit(Sign{kStatusWord, 0, row.bit, row.sign, row.name, row.meaning, row.source});
+  }
+}
+
+bool HasSigns(const device::DeviceDescription& family) {
+  bool any = false;
+  ForEachSign(family, [&any](const Sign&) { any = true; });
+  return any;
+}
 
 constexpr FindingKind kSet{
     .name = "bit-set",
@@ -45,15 +76,18 @@ constexpr RuleInfo kInfo{.id = "device-fault-bit",
                          .subject = Subject::kFaultBits,
                          .title = "A bit of an object shows a fault or a warning of the device",
                          .needs = "an object whose bits show faults by the manual, in the inputs or read by SDO",
-                         .source = "MKD, 5.2",
+                         .source = "MKD, 5.2; PILZ, 4.4.3",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Bits that the manual of the family calls a sign of a fault or a warning. An MKD-C has no status word 6041h: bits 8 and
-15 of 1002h are all that its inputs show, and bit 0 of 1001h is the same by SDO.
+Bits that the manual of the family calls a sign of a fault or a warning, beside the states of a drive:
+
+- An MKD-C has no status word 6041h: bits 8 and 15 of 1002h are all that its inputs show, and bit 0 of 1001h by SDO.
+- The status word of Pilz drives has bit 8 (position error) and bit 13 (homing error).
 
 ## Why it matters
-The supply of all drives downstream is in a fault, and none of them shows the reason.
+The supply of all drives of a string is in a fault, and none of them shows the reason. Or a homing has failed, and the
+drive stays enabled.
 
 ## How it is decided
 - The bit changes to 1, or is 1 when the capture shows it first: in inputs that the slave gave, or in the answer to an
@@ -109,8 +143,7 @@ class DeviceFaultBit final : public Rule {
 
   void Finish() override {
     NotEvaluableFor([this](const model::SlaveModel& slave) -> std::optional<Reason> {
-      const auto& rows = slave.profile->object_bits;
-      if (seen_.contains(&slave) || std::none_of(rows.begin(), rows.end(), IsSign)) return std::nullopt;
+      if (seen_.contains(&slave) || !HasSigns(*slave.profile)) return std::nullopt;
       return Reason::Of(ReasonCode::kNotRead, kBits);
     });
   }
@@ -132,47 +165,45 @@ class DeviceFaultBit final : public Rule {
   };
   using Key = std::pair<SlaveId, std::uint64_t>;
 
-  static bool IsSign(const ObjectBits& row) { return row.sign != BitSign::kNone && row.first == row.last; }
-  static std::uint64_t KeyOf(const ObjectBits& row) {
-    return std::uint64_t{row.index} << 16U | std::uint64_t{row.subindex} << 8U | row.first;
+  static std::uint64_t KeyOf(const Sign& row) {
+    return std::uint64_t{row.index} << 16U | std::uint64_t{row.subindex} << 8U | row.bit;
   }
 
   static void Place(Placed& placed, const model::ImagePart& part) {
     placed = {part.serial, part.model->profile, {}};
-    for (const ObjectBits& row : part.model->profile->object_bits) {
-      if (!IsSign(row)) continue;
+    ForEachSign(*part.model->profile, [&](const Sign& row) {
       const model::ImagePart::Place* place = part.Find(row.index, row.subindex);
       const bool known = place != nullptr && (placed.places.empty() || placed.places.back().object != place->object);
       if (known) placed.places.push_back(*place);
-    }
+    });
   }
 
   void Evaluate(const Seen& seen, const device::DeviceDescription& family, const FrameRef& frame) {
-    for (const ObjectBits& row : family.object_bits) {
-      if (!IsSign(row) || row.index != seen.index || row.subindex != seen.subindex || row.first >= seen.bits) continue;
-      const bool set = row.Of(seen.value) != 0;
+    ForEachSign(family, [&](const Sign& row) {
+      if (row.index != seen.index || row.subindex != seen.subindex || row.bit >= seen.bits) return;
+      const bool set = (seen.value >> row.bit & 1U) != 0;
       seen_.insert(&context().slave(seen.slave));
       const Key key{seen.slave, KeyOf(row)};
       const auto [known, first] = last_.emplace(key, set);
       const bool before = !first && known->second;
       known->second = set;
-      if (set == before) continue;
+      if (set == before) return;
       if (set) {
         ReportBit(seen, row, family, frame, first);
       } else if (const auto open = open_.find(key); open != open_.end()) {
         context().store[open->second].Set("gone_frame", arg::Frame(frame.number));
         open_.erase(open);
       }
-    }
+    });
   }
 
-  void ReportBit(const Seen& seen, const ObjectBits& row, const device::DeviceDescription& family,
-                 const FrameRef& frame, bool first) {
+  void ReportBit(const Seen& seen, const Sign& row, const device::DeviceDescription& family, const FrameRef& frame,
+                 bool first) {
     if (Repeat(seen.slave, KeyOf(row), frame) != kNoFinding) return;
     Finding finding = Found(kSet, seen.slave, frame);
     finding.confidence = seen.confidence;
     finding.reference = ReferenceTo(row.source);
-    finding.Set("bit", arg::Number(row.first))
+    finding.Set("bit", arg::Number(row.bit))
         .Set("object",
              arg::Object(row.index, row.subindex == 0 ? -1 : row.subindex, family.object_name(row.index, row.subindex)))
         .Set("name", arg::Text(row.name))
@@ -209,17 +240,17 @@ class DeviceFaultBit final : public Rule {
     if (object == nullptr || number == 0) return;
     const std::string words = events::NumberWords(family, *object, number);
     if (words.empty()) return;
-    for (const ObjectBits& row : family.object_bits) {
-      if (!IsSign(row) || !Fits(row.sign, object->kind)) continue;
+    ForEachSign(family, [&](const Sign& row) {
+      if (!Fits(row.sign, object->kind)) return;
       const auto open = open_.find({t.slave, KeyOf(row)});
-      if (open == open_.end()) continue;
+      if (open == open_.end()) return;
       Finding& finding = context().store[open->second];
-      if (finding.arguments.Has("reason")) continue;
+      if (finding.arguments.Has("reason")) return;
       finding.Set("reason", arg::Text(words))
           .Set("reason_object", arg::Object(t.index, t.subindex))
           .Set("reason_frame", arg::Frame(t.response.number));
       AddRelated(finding, t.response.number);
-    }
+    });
   }
 
   std::vector<Placed> placed_;               // by slave

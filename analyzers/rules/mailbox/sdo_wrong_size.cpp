@@ -49,9 +49,9 @@ The size of SDO downloads against the type of the object: 2 bytes for INT16, and
 The drive aborts with 0x06070010, 0x06070012 or 0x06070013, or it uses only a part of the value.
 
 ## How it is decided
-The type in the dictionary of the slave's family decides. If the manual of the family lists no types (AKD, Pilz), the
-objects that the standards define for all devices decide. A text counts if the manual prints its longest length. If the
-drive accepts the download, the finding is a warning.
+The type in the dictionary of the slave's family decides. If the manual of the family has no dictionary (AKD, Pilz),
+these decide: the objects that the standards define for all devices, and then its list of cyclic objects (AKD 20A4h). A
+text counts if the manual prints its longest length. If the drive accepts the download, the finding is a warning.
 
 Not evaluated are:
 
@@ -76,6 +76,11 @@ class SdoWrongSize final : public Rule {
     if (!bytes || DeniesObject(t)) return;
     const device::DeviceDescription& family = *context().slave(t.slave).profile;
     const device::DictionaryObject* object = family.object(t.index, t.subindex);
+    std::optional<device::DictionaryObject> cyclic;
+    if (object == nullptr || object->types.empty()) {
+      cyclic = CyclicObject(family, t);
+      if (cyclic) object = &*cyclic;
+    }
     if (object == nullptr || object->types.empty()) {
       NotEvaluable(t.slave, ReasonCode::kNotInProfile, kType, t.request.number);
       return;
@@ -111,6 +116,22 @@ class SdoWrongSize final : public Rule {
   }
 
  private:
+  /// The object in the list of cyclic objects, where a manual prints no dictionary.
+  static std::optional<device::DictionaryObject> CyclicObject(const device::DeviceDescription& family,
+                                                              const mailbox::SdoTransfer& t) {
+    for (const device::CyclicObject& row : family.pdo.cyclic) {
+      if (row.index != t.index || row.subindex != t.subindex || row.type == device::DataType::kUnknown) continue;
+      device::DictionaryObject object;
+      object.index = row.index;
+      object.subindex = object.last_subindex = row.subindex;
+      object.types = {row.type};
+      object.name = row.name;
+      object.source = row.source;
+      return object;
+    }
+    return std::nullopt;
+  }
+
   /// What the master announced, else what a download in one piece carried; nothing if only a part is in the capture.
   static std::optional<std::uint64_t> SizeOf(const mailbox::SdoTransfer& t) {
     if (t.declared_size) return *t.declared_size;
