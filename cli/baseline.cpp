@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "analyzers/judge/catalogue.h"
+#include "analyzers/judge/coverage.h"
 #include "cli/json_file.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
@@ -189,11 +190,13 @@ bool Concerns(const Acceptance& accepted, const report::CaptureDigest& capture) 
 bool Ran(std::string_view rule, const report::CaptureDigest& capture) {
   const auto is_off = [rule](const auto& setting) { return setting.first == rule && setting.second == "off"; };
   if (std::any_of(capture.rules.begin(), capture.rules.end(), is_off)) return false;
-  if (capture.coverage.empty() || FindRule(rule) == nullptr) return true;  // a report of the first versions
+  const RuleInfo* const info = FindRule(rule);
+  if (capture.coverage.empty() || info == nullptr) return true;  // a report of the first versions
   const auto of_rule = std::find_if(capture.coverage.begin(), capture.coverage.end(),
                                     [rule](const auto& coverage) { return coverage.rule == rule; });
   // `startup` leaves out all rules but its own.
-  return of_rule != capture.coverage.end() && of_rule->why != Describe(NotApplicable::kNoExpectation);
+  if (of_rule == capture.coverage.end()) return false;
+  return SubjectOf(*info) != Subject::kExpectation || of_rule->count.applicable() > 0;
 }
 
 /// Of rules that did not run nothing is known: their entries stay.

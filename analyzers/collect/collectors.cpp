@@ -24,7 +24,7 @@ std::vector<std::unique_ptr<Collector>> MakeCollectors(Observation& observation,
   collectors.push_back(std::make_unique<startup::StartupRecorder>(model, observation.pipeline(), bus));
   collectors.push_back(std::make_unique<PredictionStatistics>(model, explanations, bus));
   collectors.push_back(std::make_unique<RunHistory>(observation.sync(), observation.pipeline(), bus));
-  collectors.push_back(std::make_unique<Topology>(bus));
+  collectors.push_back(std::make_unique<Topology>(model, bus));
   collectors.push_back(std::make_unique<FrameLayout>(bus));
   collectors.push_back(std::make_unique<FaultWords>(bus));
   if (drawn != nullptr) {

@@ -4,18 +4,18 @@
 #include <utility>
 #include <vector>
 
+#include "analyzers/model/entry_port.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/wrapping.h"
 #include "decoder/esc/register_addresses.h"
 
 namespace ecaudit {
 namespace {
 
-constexpr std::size_t kPorts = 4;
-constexpr std::size_t kReceiveTimeBytes = 16;
+using model::EntryPort;
+
 /// The port through which a frame leaves a slave, after the port at which it came in.
 constexpr std::array<std::uint8_t, 3> kOrder{3, 1, 2};
-/// A cable and a slave take microseconds; what is longer is junk of a port that is not used.
-constexpr std::int64_t kLongestHop = 1'000'000;
 
 /// A node whose ports after the first may still lead to a slave.
 struct Open {
@@ -77,17 +77,17 @@ void AddDelays(const AnalysisResult& result, TopologySummary& topology) {
     const auto inside = OwnRoundTrip(node, *own);
     if (!branch || !inside) continue;
     const std::int64_t hop = (*branch - *inside) / 2;
-    if (*branch > 0 && *inside >= 0 && hop >= 0 && hop < kLongestHop) node.measured_ns = hop;
+    if (*branch > 0 && *inside >= 0 && hop >= 0 && hop < EntryPort::kLongestWayNs) node.measured_ns = hop;
   }
 }
 
 }  // namespace
 
-Topology::Topology(EventBus& bus) {
-  bus.Listen<track::SlaveAccess>(Stage::kBeforeModel, *this, &Topology::On, MemoryRange::Of(0, kCountersEnd));
-  bus.Listen<track::SlaveAccess>(Stage::kBeforeModel, *this, &Topology::OnReceiveTimes,
-                                 MemoryRange::Of(esc::kReceiveTimes, kReceiveTimeBytes));
-  bus.ListenTo<track::CaptureGap>(Stage::kBeforeModel, *this);
+Topology::Topology(const model::BusModel& model, EventBus& bus) : model_(model) {
+  bus.Listen<track::SlaveAccess>(Stage::kAfterModel, *this, &Topology::On, MemoryRange::Of(0, kCountersEnd));
+  bus.Listen<track::SlaveAccess>(Stage::kAfterModel, *this, &Topology::OnReceiveTimes,
+                                 MemoryRange::Of(esc::kReceiveTimes, esc::kReceiveTimesBytes));
+  bus.ListenTo<track::CaptureGap>(Stage::kAfterModel, *this);
 }
 
 Topology::Slave& Topology::Get(SlaveId slave) {
@@ -97,39 +97,31 @@ Topology::Slave& Topology::Get(SlaveId slave) {
 
 void Topology::On(const track::SlaveAccess& access) {
   if (access.address >= kCountersEnd || access.broadcast) return;
-  if (access.address <= esc::kDlStatus && !access.read.empty()) OnDlStatus(Get(access.slave), access);
+  if (access.address <= esc::kDlStatus && !access.read.empty()) OnDlStatus(access);
   if (access.address + access.length() > kCounters) OnCounters(Get(access.slave), access);
 }
 
-void Topology::OnReceiveTimes(const track::SlaveAccess& access) {
-  Slave& slave = Get(access.slave);
-  slave.use.OnWrite(access);
-  OnPorts(slave, access);
-}
-
-/// @param access reads DL status or receive times
-void Topology::OnPorts(Slave& slave, const track::SlaveAccess& access) {
-  slave.use.OnRead(access);
-  if (const auto entry = slave.use.entry()) slave.node.entry_port = entry->port;
+void Topology::TakeEntryPort(SlaveId slave) {
+  if (const auto evidence = model_.slave(slave).entry_port.evidence()) Get(slave).node.entry_port = evidence->port;
 }
 
 void Topology::On(const track::CaptureGap& gap) {
   if (!gap.certain) return;
   for (Slave& slave : slaves_) {
     slave.links.reset();
-    slave.use.Forget();
     slave.counters = {};
   }
 }
 
-void Topology::OnDlStatus(Slave& slave, const track::SlaveAccess& access) {
+void Topology::OnDlStatus(const track::SlaveAccess& access) {
   const ByteSpan low = access.Covered(access.read, esc::kDlStatus, 1);
   if (low.empty()) return;
-  OnPorts(slave, access);
+  TakeEntryPort(access.slave);
+  Slave& slave = Get(access.slave);
   TopologyNode& node = slave.node;
   ++node.dl_status_reads;
   const auto links = static_cast<std::uint8_t>(low[0] >> 4U);
-  for (std::size_t port = 0; port < kPorts; ++port) {
+  for (std::size_t port = 0; port < EntryPort::kPorts; ++port) {
     const bool link = (links >> port & 1U) != 0;
     PortSummary& summary = node.ports[port];
     const bool changed = slave.links && (*slave.links >> port & 1U) != (links >> port & 1U);
@@ -139,17 +131,16 @@ void Topology::OnDlStatus(Slave& slave, const track::SlaveAccess& access) {
   }
   slave.links = links;
   slave.links_read = access.frame();
-  const ByteSpan word = access.Covered(access.read, esc::kDlStatus, 2);
-  unsigned open = 0;
-  const std::uint16_t status = word.empty() ? std::uint16_t{0} : LittleEndian<std::uint16_t>(word, 0);
-  for (std::size_t port = 0; port < kPorts; ++port) open += model::FramesPass(status, port) ? 1U : 0U;
-  // Masters close ports while they scan, and links drop: the read with most ports open shows what is plugged in.
-  if (node.dl_status_frame != 0 && (word.empty() || open <= slave.most_open)) return;
-  node.dl_status_frame = access.frame().number;
-  slave.most_open = open;
-  for (std::size_t port = 0; port < kPorts; ++port) {
-    node.ports[port].link = (links >> port & 1U) != 0;
-    if (!word.empty()) node.ports[port].communication = model::FramesPass(status, port);
+  const EntryPort& ports = model_.slave(access.slave).entry_port;
+  if (const auto& status = ports.status()) {
+    node.dl_status_frame = ports.status_frame().number;
+    for (std::size_t port = 0; port < EntryPort::kPorts; ++port) {
+      node.ports[port].link = (*status >> (4U + port) & 1U) != 0;
+      node.ports[port].communication = model::FramesPass(*status, port);
+    }
+  } else if (node.dl_status_frame == 0) {
+    node.dl_status_frame = access.frame().number;
+    for (std::size_t port = 0; port < EntryPort::kPorts; ++port) node.ports[port].link = (links >> port & 1U) != 0;
   }
 }
 

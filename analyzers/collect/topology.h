@@ -13,7 +13,7 @@
 #include <optional>
 
 #include "analyzers/collect/collector.h"
-#include "analyzers/model/port_use.h"
+#include "analyzers/model/bus_model.h"
 #include "analyzers/wiring/event_bus.h"
 #include "decoder/track/access.h"
 #include "decoder/track/events.h"
@@ -24,11 +24,11 @@ class Topology final : public Collector {
  public:
   static constexpr std::size_t kMaxChanges = 8;
 
-  explicit Topology(EventBus& bus);
+  /// @param model  must outlive the collector, as must `bus`
+  Topology(const model::BusModel& model, EventBus& bus);
 
   void On(const track::SlaveAccess& access);
-  /// Receive times of the ports.
-  void OnReceiveTimes(const track::SlaveAccess& access);
+  void OnReceiveTimes(const track::SlaveAccess& access) { TakeEntryPort(access.slave); }
   /// After a capture gap there may be another capture.
   void On(const track::CaptureGap& gap);
   void Summarise(AnalysisResult& result) override;
@@ -41,17 +41,16 @@ class Topology final : public Collector {
     TopologyNode node;
     std::optional<std::uint8_t> links;  ///< bits 4-7 of DL status, as last read
     FrameRef links_read;
-    unsigned most_open = 0;
-    model::PortUse use;
     std::array<std::optional<std::uint8_t>, kCountersEnd - kCounters> counters{};
     FrameRef counters_read;
   };
 
   Slave& Get(SlaveId slave);
-  static void OnPorts(Slave& slave, const track::SlaveAccess& access);
-  static void OnDlStatus(Slave& slave, const track::SlaveAccess& access);
+  void OnDlStatus(const track::SlaveAccess& access);
+  void TakeEntryPort(SlaveId slave);
   static void OnCounters(Slave& slave, const track::SlaveAccess& access);
 
+  const model::BusModel& model_;
   std::deque<Slave> slaves_;
 };
 

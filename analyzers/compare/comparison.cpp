@@ -402,7 +402,8 @@ void LeaveOutUnseen(const SlaveSummary& slave, std::vector<Deviation>& found, Co
       return deviation.kind == Deviation::Kind::kMissing && (deviation.to_the_end || deviation.next == nullptr);
     });
     if (found.size() < before) {
-      comparison.not_compared.push_back({slave.id, Reason::Of(ReasonCode::kListFull, kSteps), Deviation::Kind::kMissing});
+      comparison.not_compared.push_back(
+          {slave.id, Reason::Of(ReasonCode::kListFull, kSteps), Deviation::Kind::kMissing});
     }
   }
   const auto early = [](const ExpectedStep* step) { return step->phase <= StartupPhase::kEeprom; };

@@ -39,14 +39,6 @@ constexpr std::array<std::pair<std::string_view, Subject>, 10> kChapters{
      {"Latch", Subject::kLatch},
      {"Start-up", Subject::kExpectation}}};
 
-Subject SubjectOf(const RuleInfo& rule) {
-  if (rule.subject != Subject::kOfChapter) return rule.subject;
-  for (const auto& [chapter, subject] : kChapters) {
-    if (chapter == rule.group) return subject;
-  }
-  return Subject::kSlave;
-}
-
 /// Whether there is something that a rule could look at.
 struct Presence {
   NotApplicable absent = NotApplicable::kApplies;
@@ -508,6 +500,14 @@ class Evaluator {
 };
 
 }  // namespace
+
+Subject SubjectOf(const RuleInfo& rule) {
+  if (rule.subject != Subject::kOfChapter) return rule.subject;
+  for (const auto& [chapter, subject] : kChapters) {
+    if (chapter == rule.group) return subject;
+  }
+  return Subject::kSlave;
+}
 
 std::vector<RuleCoverage> CoverageOf(RuleContext& context, const AnalysisResult& result) {
   std::vector<RuleCoverage> out;

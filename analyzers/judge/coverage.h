@@ -8,8 +8,12 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/result/analysis_result.h"
 #include "analyzers/result/coverage.h"
+#include "analyzers/result/rule_info.h"
 
 namespace ecaudit {
+
+/// What a rule is about: its own subject, else that of its chapter.
+[[nodiscard]] Subject SubjectOf(const RuleInfo& rule);
 
 /// For all rules of the catalogue. To be called when all rules have finished, before lines are folded.
 /// Where a rule was not evaluated and reported nothing (the capture shows nothing that it evaluates), the line that

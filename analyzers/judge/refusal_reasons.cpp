@@ -291,7 +291,7 @@ void CheckCount(const Case& of, Outcome& found, std::uint16_t assignment) {
   const model::ObjectValue* const count = of.model.objects.Find(assignment, 0);
   if (list == nullptr || count == nullptr || !count->written || count->raw > 0xFF || !of.Counts(count->since)) return;
   const std::uint8_t* const counted = list->count.if_observed();
-  const std::uint8_t shown = list->values.empty() ? std::uint8_t{0} : list->values.rbegin()->first;
+  const std::uint8_t shown = list->highest();
   if (counted == nullptr || *counted != count->raw || shown >= *counted) return;
   Arguments arguments{{"object", arg::Object(assignment, 0)},
                       {"entries", arg::Count(*counted, "entry")},

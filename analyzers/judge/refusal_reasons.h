@@ -66,8 +66,8 @@ inline constexpr NoteKind kInputsNotRead{
     "{last_missed})."};
 inline constexpr NoteKind kCountExceeds{
     "count-exceeds-entries",
-    "{object} counts {entries} since {count_frame}, but the capture shows only [{shown}][{!shown}no entry]. The slave "
-    "may have no PDO for the others, which may be the reason."};
+    "The master wrote {entries:number} to {object:number} ({count_frame}), but the capture shows [only "
+    "{shown}][{!shown}no entry]. The slave may have fewer PDOs, which may be the reason."};
 inline constexpr NoteKind kWatchdogZero{
     "watchdog-zero",
     "The process data watchdog time {register} is 0, but SM{sync_manager} triggers the watchdog (bit 6 of its control "

@@ -201,6 +201,7 @@ void BusModel::On(const track::CaptureGap& event) {
     slave.al.OnPause();
     if (!event.certain) continue;
     slave.mailbox.Forget();
+    slave.entry_port.Forget();
     slave.set_up.Forget();
     slave.ForgetLatches();
     slave.drives.Forget();
@@ -261,6 +262,7 @@ void BusModel::Presume(const ProcessCycle& cycle) {
 void BusModel::On(const track::SlaveAccess& access) {
   if (access.address >= esc::kProcessRam) (void)image_.Read(access, *this);
   slaves_[access.slave].mailbox.OnAccess(access);
+  slaves_[access.slave].entry_port.On(access);
   slaves_[access.slave].set_up.On(access);
   signalled_.OnAccess(access);
   const ByteSpan configuration = access.Covered(access.read, esc::kEscConfiguration, 1);

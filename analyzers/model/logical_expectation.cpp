@@ -38,7 +38,7 @@ LogicalShare ShareOf(SlaveId id, const track::KnownFmmus& known, const LogicalKi
     const std::optional<std::uint8_t> manager = ManagerBehind(known, fmmu);
     if (fmmu.reads() && kind.command != wire::Command::LWR && !IsRefused(known, manager, false)) {
       const bool mailbox = manager && esc::IsMailbox(*manager, *known.managers[*manager]);
-      share.inputs_one_buffer = share.inputs_one_buffer || IsOneBuffer(known, manager);
+      if (IsOneBuffer(known, manager)) share.inputs_one_buffer = manager;
       share.mailbox_only = mailbox && (share.mailbox_only || !share.inputs);
       if (!mailbox || share.mailbox_only) share.input_manager = manager;
       share.inputs = true;
@@ -51,7 +51,7 @@ LogicalShare ShareOf(SlaveId id, const track::KnownFmmus& known, const LogicalKi
       }
     }
     if (fmmu.writes() && kind.command != wire::Command::LRD && !IsRefused(known, manager, true)) {
-      share.outputs_one_buffer = share.outputs_one_buffer || IsOneBuffer(known, manager);
+      if (IsOneBuffer(known, manager)) share.outputs_one_buffer = manager;
       share.outputs = true;
       share.output_manager = manager;
     }

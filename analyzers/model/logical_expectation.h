@@ -22,8 +22,9 @@ struct LogicalShare {
   bool outputs = false;  ///< an active write FMMU overlaps: +2
   /// All that is read is a mailbox, which counts only while a message lies in it.
   bool mailbox_only = false;
-  /// Process data with one buffer: they count only if the slave has filled or emptied it since the last access.
-  bool inputs_one_buffer = false, outputs_one_buffer = false;
+  /// Sync managers of process data with one buffer: they count only if the slave has filled or emptied it since the
+  /// last access.
+  std::optional<std::uint8_t> inputs_one_buffer, outputs_one_buffer;
   /// Numbers of the sync managers after it, where they are known.
   std::optional<std::uint8_t> input_manager, output_manager;
   /// Bytes of the datagram that the slave's process data fill (whole bytes only; 0: none). A slave that takes part

@@ -8,6 +8,7 @@
 
 #include "analyzers/model/al_machine.h"
 #include "analyzers/model/drive_axes.h"
+#include "analyzers/model/entry_port.h"
 #include "analyzers/model/latch_unit.h"
 #include "analyzers/model/mailbox_unit.h"
 #include "analyzers/model/object_values.h"
@@ -76,6 +77,7 @@ struct SlaveModel {
   std::string name;                                    ///< from ENI or ESI, else empty (untrusted text)
   AlMachine al;
   MailboxUnit mailbox;
+  EntryPort entry_port;  ///< at which frames enter
   SetUpFacts set_up;
   /// Parameters that the user gave, by keyword.
   std::map<std::string, std::int64_t, std::less<>> given;

@@ -29,6 +29,7 @@ constexpr Word kUnplaced{"process-data-unknown", "the place of its process data 
 constexpr Word kNoPhase{"no-phase", "the capture does not show when frames arrive"};
 constexpr Word kStateShown{"state-not-shown", "AL Status does not show the requested state"};
 constexpr Word kStateLeft{"state-left", "the slave left the state without a request"};
+constexpr Word kStateGone{"state-gone", "AL Status does not show the state any more"};
 
 std::uint8_t StateOf(std::uint16_t word) {
   return esc::AlWord{word}.state();
@@ -80,7 +81,9 @@ Rung StateRung(const Word& word, esc::AlState wanted, const SlaveSummary& slave,
                             {"al-refused", "al-timeout", "al-unexpected-change", "al-error-standing",
                              "al-illegal-transition", "al-invalid-request", "al-error-not-acknowledged"},
                             {.lost = rung.until});
-    rung.why = rung.status == RungStatus::kLost ? &kStateLeft : &kStateShown;
+    // Without a finding the request may be among the frames that the capture misses.
+    const Word& left = rung.held_by == kNoFinding ? kStateGone : kStateLeft;
+    rung.why = rung.status == RungStatus::kLost ? &left : &kStateShown;
     // A master that stopped reading AL Status does not show what became of its request.
     if (rung.held_by == kNoFinding && rung.status == RungStatus::kNotReached) {
       rung.status = RungStatus::kUnknown;

@@ -42,9 +42,7 @@ struct Reason {
   [[nodiscard]] static Reason Of(ReasonCode code, const Word& what) { return {code, &what}; }
 
   /// By code and what it is about.
-  [[nodiscard]] auto Key() const {
-    return std::tuple(code, what == nullptr ? std::string_view() : what->code);
-  }
+  [[nodiscard]] auto Key() const { return std::tuple(code, what == nullptr ? std::string_view() : what->code); }
   [[nodiscard]] bool operator==(const Reason& other) const { return Key() == other.Key(); }
   [[nodiscard]] bool operator<(const Reason& other) const { return Key() < other.Key(); }
 };

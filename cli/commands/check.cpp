@@ -29,8 +29,10 @@ class CheckCommand : public Command {
     output_.text.DeclareTime(options);
     output_.text.DeclareQuiet(options);
     options.Footer(
-        "\nExit status: 0 nothing at or above --fail-on and nothing wanted is missing, 1 findings, 2 wrong usage or\n"
-        "unreadable input, 130 interrupted: the report covers what was read until then.\n"
+        "\nExit status: 0 no finding at or above --fail-on, and none that keeps the master from something it "
+        "requested;\n"
+        "1 such a finding, or --require is not met; 2 wrong usage or unreadable input; 130 interrupted: the report\n"
+        "covers what was read until then.\n"
         "Example: ecaudit check --rule al-timeout=warning -o json=report.json trace.pcapng");
   }
 

@@ -9,7 +9,7 @@
 #include "cli/stream/stream_run.h"
 #include "decoder/base/wrapping.h"
 #include "decoder/esc/register_map.h"
-#include "decoder/esc/sync_manager.h"
+#include "decoder/track/mailbox_window.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -101,13 +101,12 @@ class DatagramWriter final : public LineWriter {
   [[nodiscard]] std::optional<mailbox::Direction> MailboxOf(const DatagramRow& row, SlaveId slave) const {
     const wire::DatagramView& d = row.datagram;
     if (slave == kNoSlave || d.ado() < esc::kProcessRam) return std::nullopt;
-    const track::SlaveState& state = pipeline_->network().state(slave);
-    for (const std::size_t n : {std::size_t{0}, std::size_t{1}}) {
-      const std::optional<esc::SyncManager> manager = state.sync_manager(n, Certainty::kInferred);
-      if (!manager || !manager->mailbox() || manager->start != d.ado()) continue;
-      if (manager->ecat_writes() && wire::Writes(d.command())) return mailbox::Direction::kOut;
-      if (manager->ecat_reads() && wire::Reads(d.command())) return mailbox::Direction::kIn;
-    }
+    const track::MailboxWindow window = track::MailboxWindowOf(pipeline_->network().state(slave));
+    const auto is_at = [&d](track::MailboxUse use, EscAddress start) {
+      return use == track::MailboxUse::kOn && start == d.ado();
+    };
+    if (is_at(window.out_use, window.out_start) && wire::Writes(d.command())) return mailbox::Direction::kOut;
+    if (is_at(window.in_use, window.in_start) && wire::Reads(d.command())) return mailbox::Direction::kIn;
     return std::nullopt;
   }
 

@@ -56,8 +56,8 @@ void AppendOptions(const CommandRow& command, std::string& out) {
 
 constexpr std::string_view kExitStatus =
     ".SH \"EXIT STATUS\"\n"
-    ".TP\n0\nnothing at or above \\-\\-fail\\-on\n"
-    ".TP\n1\nfindings at or above it, or \\-\\-require is not met; diff: the captures differ; profiles \\-\\-check: "
+    ".TP\n0\nno finding at or above \\-\\-fail\\-on, and none that keeps the master from something it requested\n"
+    ".TP\n1\nsuch a finding, or \\-\\-require is not met; diff: the captures differ; profiles \\-\\-check: "
     "mistakes\n"
     ".TP\n2\nwrong usage or unreadable input, with one line on standard error\n"
     ".TP\n3\nan internal error\n"

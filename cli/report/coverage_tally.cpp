@@ -125,16 +125,23 @@ bool IsJudged(const CoverageCount& count, std::uint64_t percent) {
   return count.judged * 100 >= count.applicable() * percent;
 }
 
-std::vector<std::string> Reservations(bool misses_packets, bool limited, const CoverageCount& count) {
-  std::vector<std::string> reservations;
-  if (misses_packets) reservations.emplace_back("the capture misses packets");
+std::vector<Reservation> Reservations(bool misses_packets, bool limited, const CoverageCount& count) {
+  std::vector<Reservation> reservations;
+  if (misses_packets) reservations.push_back({"the capture misses packets", "the capture misses packets"});
   if (!limited && !IsJudged(count, kLeastJudgedPercent)) {
-    reservations.push_back("only " + PartWas(count.judged, count.applicable(), "evaluation") + " possible");
+    reservations.push_back({"only " + PartWas(count.judged, count.applicable(), "evaluation") + " possible",
+                            "only " + Grouped(count.judged) + " of " + Grouped(count.applicable()) + " evaluated"});
   }
   return reservations;
 }
 
-std::vector<std::string> Reservations(const AnalysisResult& result) {
+std::vector<std::string> TextsOf(const std::vector<Reservation>& reservations) {
+  std::vector<std::string> texts;
+  for (const Reservation& reservation : reservations) texts.push_back(reservation.text);
+  return texts;
+}
+
+std::vector<Reservation> Reservations(const AnalysisResult& result) {
   const bool misses = std::any_of(result.not_evaluable.begin(), result.not_evaluable.end(),
                                   [](const auto& entry) { return entry.reason.code == ReasonCode::kMissesPackets; });
   return Reservations(misses, !WhyLimited(result).empty(), CountOf(result.coverage));

@@ -50,11 +50,16 @@ inline constexpr std::uint64_t kLeastJudgedPercent = 50;
 /// Whether `percent` of what applies was evaluated in full; true when nothing applies.
 [[nodiscard]] bool IsJudged(const CoverageCount& count, std::uint64_t percent);
 
-/// What keeps a verdict without errors from being the whole truth: "the capture misses packets", "only 5 of 142
-/// evaluations were possible".
+/// What keeps a verdict without errors from being the whole truth.
+struct Reservation {
+  std::string text;   ///< "the capture misses packets", "only 5 of 142 evaluations were possible"
+  std::string brief;  ///< the same for a line without room: "only 5 of 142 evaluated"
+};
 /// @param limited  the verdict shows already that little was evaluated
-[[nodiscard]] std::vector<std::string> Reservations(bool misses_packets, bool limited, const CoverageCount& count);
-[[nodiscard]] std::vector<std::string> Reservations(const AnalysisResult& result);
+[[nodiscard]] std::vector<Reservation> Reservations(bool misses_packets, bool limited, const CoverageCount& count);
+[[nodiscard]] std::vector<Reservation> Reservations(const AnalysisResult& result);
+/// Their full texts.
+[[nodiscard]] std::vector<std::string> TextsOf(const std::vector<Reservation>& reservations);
 
 /// What makes a verdict "limited": no slave is known, or neither AL state nor process data of some; empty: nothing.
 [[nodiscard]] std::string WhyLimited(const AnalysisResult& result);

@@ -66,13 +66,18 @@ bool MissesPackets(const CaptureDigest& capture) {
 }
 
 /// ", but the capture misses packets"
-std::string ReservationText(const std::vector<std::string>& reservations) {
-  return reservations.empty() ? std::string() : ", but " + Joined(reservations, ", and ");
+std::string ReservationText(const std::vector<Reservation>& reservations) {
+  return reservations.empty() ? std::string() : ", but " + Joined(TextsOf(reservations), ", and ");
+}
+
+std::string BriefReservationText(const std::vector<Reservation>& reservations) {
+  if (reservations.empty()) return {};
+  return ", but " + reservations.front().brief + (reservations.size() > 1 ? " and more" : "");
 }
 
 }  // namespace
 
-std::vector<std::string> Reservations(const CaptureDigest& capture) {
+std::vector<Reservation> Reservations(const CaptureDigest& capture) {
   CoverageCount count;
   for (const RuleCoverageDigest& rule : capture.coverage) count.Add(rule.count);
   return Reservations(MissesPackets(capture), !capture.limited.empty(), count);
@@ -222,13 +227,9 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
     return {summary.fail ? "FAIL" : summary.unmet ? "UNMET" : "NOTHING-TO-CHECK", packets + limits};
   }
   if (!capture.judged) return {"NOT-JUDGED", "the start-up is shown; ecaudit check evaluates the capture" + limits};
-  const std::vector<std::string> reservations = summary.fail ? std::vector<std::string>() : Reservations(capture);
+  const std::vector<Reservation> reservations = summary.fail ? std::vector<Reservation>() : Reservations(capture);
   std::string reservation = ReservationText(reservations);
-  std::string brief = reservations.size() > 1 ? ", but " + reservations.front() + " and more" : reservation;
-  for (const std::string_view wordy :
-       {"evaluations were possible", "evaluations was possible", "evaluation was possible"}) {
-    if (const std::size_t at = brief.find(wordy); at != std::string::npos) brief.replace(at, wordy.size(), "evaluated");
-  }
+  std::string brief = BriefReservationText(reservations);
   const std::string verdict = summary.fail ? "FAIL" : summary.unmet ? "UNMET" : summary.limited ? "LIMITED" : "PASS";
   if (summary.limited && !summary.fail && capture.slaves > 0) limits = "; not evaluated: " + capture.limited + limits;
   const std::optional<MainFinding> main = MainFindingOf(capture);

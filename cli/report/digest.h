@@ -150,7 +150,7 @@ struct MainFinding {
 [[nodiscard]] std::optional<MainFinding> MainFindingOf(const CaptureDigest& capture);
 
 /// What keeps a verdict without errors from being the whole truth; see coverage_tally.h.
-[[nodiscard]] std::vector<std::string> Reservations(const CaptureDigest& capture);
+[[nodiscard]] std::vector<Reservation> Reservations(const CaptureDigest& capture);
 
 /// The verdict and its main reason.
 struct HeadlineParts {

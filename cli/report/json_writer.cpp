@@ -399,7 +399,7 @@ void PutCaptureReport(JsonObject& out, const CaptureReport& capture) {
   out.Object("summary", [&](JsonObject& json) {
     PutSummary(json, Summarise(capture));
     json.TextOrNull("limited_because", capture.judged ? WhyLimited(result) : std::string());
-    json.Texts("reservations", capture.judged ? Reservations(result) : std::vector<std::string>());
+    json.Texts("reservations", capture.judged ? TextsOf(Reservations(result)) : std::vector<std::string>());
   });
 }
 

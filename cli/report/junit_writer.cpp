@@ -243,7 +243,7 @@ void Suite(XmlWriter& xml, const Digest& digest, const CaptureDigest& capture, s
   if (!capture.baseline.empty()) Property(xml, "baseline", capture.baseline);
   if (capture.unreadable.empty() && capture.judged) Property(xml, "verdict", Summarise(capture).Verdict());
   if (capture.unreadable.empty() && capture.judged) {
-    for (const std::string& reservation : Reservations(capture)) Property(xml, "reservation", reservation);
+    for (const Reservation& reservation : Reservations(capture)) Property(xml, "reservation", reservation.text);
   }
   xml.End();
   for (const TestCase& test : tests) Write(xml, test, class_name);

@@ -84,7 +84,12 @@ std::string SlaveText(const AnalysisResult& result, const SlaveSummary& slave, D
   return text;
 }
 
-std::string AxisText(const AnalysisResult& result, const Ladder& ladder, Detail detail) {
+struct AxisWords {
+  std::string text;
+  bool is_sentence = false;  ///< it has a subject of its own; else the axis is the subject
+};
+
+AxisWords AxisText(const AnalysisResult& result, const Ladder& ladder, Detail detail) {
   const auto rung = [&ladder](std::string_view code) { return ladder.Find(code); };
   std::string text;
   if (Holds(rung("enabled"))) {
@@ -114,13 +119,13 @@ std::string AxisText(const AnalysisResult& result, const Ladder& ladder, Detail 
     Append(text, Failed(result, *at, name, detail), "; ");
     break;
   }
-  if (!text.empty()) return text;
+  if (!text.empty()) return {std::move(text)};
   const Rung* const enabled = rung("enabled");
   if (enabled->status == RungStatus::kUnknown) {
-    return enabled->why != nullptr ? std::string(enabled->why->text) : "state not in the capture";
+    return {enabled->why != nullptr ? std::string(enabled->why->text) : "the state is not in the capture", true};
   }
-  if (enabled->status == RungStatus::kReached) return "enabled before, switched off by the master";
-  return "not enabled; the master does not ask for it";
+  if (enabled->status == RungStatus::kReached) return {"enabled before, switched off by the master"};
+  return {"not enabled; the master does not ask for it"};
 }
 
 /// All lines of one slave.
@@ -133,7 +138,8 @@ std::vector<ProgressLine> LinesOf(const AnalysisResult& result, const SlaveSumma
     return lines;
   }
   if (slave.axes.size() == 1 && slave.axes.front().axis == 0) {
-    Append(line.text, AxisText(result, slave.axes.front().ladder, detail), "; drive ");
+    const AxisWords axis = AxisText(result, slave.axes.front().ladder, detail);
+    Append(line.text, axis.text, axis.is_sentence ? "; drive: " : "; drive ");
   }
   lines.push_back(std::move(line));
   if (slave.axes.size() == 1 && slave.axes.front().axis == 0) return lines;
@@ -141,7 +147,7 @@ std::vector<ProgressLine> LinesOf(const AnalysisResult& result, const SlaveSumma
     ProgressLine of_axis;
     of_axis.of_axis = true;
     of_axis.label = "axis " + std::to_string(axis.axis + 1);
-    of_axis.text = AxisText(result, axis.ladder, detail);
+    of_axis.text = AxisText(result, axis.ladder, detail).text;
     lines.push_back(std::move(of_axis));
   }
   return lines;

@@ -28,7 +28,7 @@ void PutCaptureDigest(JsonObject& out, const CaptureDigest& capture) {
   out.Put("status", Name(StatusOf(capture)));
   out.Put("headline", headline.substr(WrappingSum(headline.find(' '), std::size_t{1})));
   out.TextOrNull("error", capture.unreadable);
-  out.Values("reservations", read && capture.judged ? Reservations(capture) : std::vector<std::string>());
+  out.Values("reservations", read && capture.judged ? TextsOf(Reservations(capture)) : std::vector<std::string>());
   out.Put("packets", OnlyIf(read, capture.packets));
   out.Put("ethercat_frames", OnlyIf(read, capture.ethercat_frames));
   out.Put("slaves", OnlyIf(read, capture.slaves));

@@ -64,11 +64,10 @@ void IndexCounter::LearnStride(std::uint8_t first) noexcept {
   other_seen_ = 0;
 }
 
-/// Where every datagram has a number, the frames between are taken to have as many as the last one.
+/// Where every datagram has a number, the frames between may each have as many as the largest one so far.
 std::uint8_t IndexCounter::FramesBefore(std::uint8_t first) const noexcept {
   const std::uint32_t whole = ends_ > 0 ? round() : 256;
-  const unsigned step =
-      each_ && last_ > last_first_ ? unsigned{last_} - last_first_ + 1 : std::max<unsigned>(stride_, 1);
+  const unsigned step = each_ ? unsigned{most_} + 1 : std::max<unsigned>(stride_, 1);
   const std::uint32_t ahead = (first % whole + 2 * whole - last_first_ % whole) % whole;
   return static_cast<std::uint8_t>(ahead > step ? (ahead - 1) / step : 0);
 }

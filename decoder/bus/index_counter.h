@@ -23,6 +23,8 @@ class IndexCounter {
   };
 
   [[nodiscard]] Step Follow(std::uint8_t first, std::uint8_t last) noexcept {
+    const auto more = static_cast<std::uint8_t>(last - first);
+    if (more > most_) most_ = more;
     // Nearly always.
     if (any_ && !aside_ && first > last_first_ && first == last_first_ + stride_ && !AtEnd()) {
       other_seen_ = 0;
@@ -87,6 +89,7 @@ class IndexCounter {
   std::uint8_t aside_last_ = 0;
   std::uint8_t last_first_ = 0;  ///< of the first datagram of the last frame
   std::uint8_t last_ = 0;        ///< of its last datagram
+  std::uint8_t most_ = 0;        ///< indices that a frame had after its first one
   std::uint8_t lowest_ = 0;      ///< of the first datagrams of all frames
   std::uint8_t highest_ = 0;
   std::uint8_t stride_ = 1;

@@ -50,6 +50,16 @@ bool IndexSequence::SharesLikeOthers(std::size_t kind, std::uint8_t first) const
   return share_all_[0] != 0 || (!met_[0] && first % kRoundNumber > 1);
 }
 
+/// Two programs with a counter of their own each send in turn.
+bool IndexSequence::GoesOnWhereLeft(std::uint8_t first) noexcept {
+  if (!left_ || !left_->IsBefore(first)) return false;
+  if (turns_ == kTurns) return true;
+  // Once, and long after, it may be where the capture goes on behind a gap.
+  if (since_left_ > kShortTurn) return false;
+  ++turns_;
+  return true;
+}
+
 void IndexSequence::Prove(Evidence evidence, std::uint8_t& proven) noexcept {
   if (evidence == Evidence::kFollows && proven < kProven) ++proven;
   if (evidence == Evidence::kOdd) proven = 0;
@@ -84,6 +94,7 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   span_ = all_.indices.round();
   const bool same_in_half = std::exchange(half.last, first) == first;
   const bool same_of_kind = std::exchange(kind.own.last, first) == first;
+  if (since_left_ <= kShortTurn) ++since_left_;
   if (verdict.next) {
     continued_ = was_next_ = true;
     // Nearly always. What the others make of it does not matter.
@@ -92,9 +103,11 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
     (void)kind.own.indices.Follow(first, last);
     return Step::kNext;
   }
-  // Two programs with a counter of their own each send in turn.
-  const bool goes_on = left_ && !same && left_->IsBefore(first);
-  if (!same) left_ = before;
+  const bool goes_on = !same && GoesOnWhereLeft(first);
+  if (!same && by_all != Evidence::kFollows) {
+    left_ = before;
+    since_left_ = 0;
+  }
   const Evidence by_half = Ask(half, first, last, verdict, [&] { return kind.in_half >= kProven; });
   Prove(by_half, kind.in_half);
   if (verdict.next) span_ = half.indices.round();

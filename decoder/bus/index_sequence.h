@@ -59,6 +59,10 @@ class IndexSequence {
   /// Counters begin at multiples of this, or one after.
   static constexpr unsigned kRoundNumber = 16;
   static constexpr std::size_t kKinds = 16;
+  /// Two programs send in turn if so often one goes on where it was left ...
+  static constexpr std::uint8_t kTurns = 2;
+  /// ... no more than this number of frames before. After that it may be long ago.
+  static constexpr std::uint8_t kShortTurn = 16;
 
   struct Counter {
     IndexCounter indices;
@@ -86,6 +90,7 @@ class IndexSequence {
   [[nodiscard]] Evidence Ask(Counter& counter, std::uint8_t first, std::uint8_t last, Verdict& verdict,
                              const Proven& proven) const noexcept;
 
+  [[nodiscard]] bool GoesOnWhereLeft(std::uint8_t first) noexcept;
   [[nodiscard]] bool SharesLikeOthers(std::size_t kind, std::uint8_t first) const noexcept;
   static void Prove(Evidence evidence, std::uint8_t& proven) noexcept;
 
@@ -107,6 +112,8 @@ class IndexSequence {
   std::uint8_t last_first_ = 0;  ///< of the first datagram of the last frame
   std::uint8_t last_last_ = 0;   ///< ... and of its last one
   std::optional<Left> left_;     ///< of the frame before the last one that did not continue the counter of all
+  std::uint8_t since_left_ = 0;  ///< frames since then, at most kShortTurn + 1
+  std::uint8_t turns_ = 0;       ///< at most kTurns
   std::uint32_t span_ = 1;
   std::uint32_t skipped_ = 0;
   std::uint32_t break_ = 0;  ///< counts places after which no counter need go on

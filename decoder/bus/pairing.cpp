@@ -91,6 +91,13 @@ bool IsBroadcastOnly(const wire::FrameView& frame) {
   return !frame.empty();
 }
 
+bool OnlyReads(const wire::FrameView& frame) {
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    if (wire::Writes(frame[i].command())) return false;
+  }
+  return true;
+}
+
 /// Most captures use few slots: a slot takes room for any frame of usual size when it is used first, and keeps it.
 void TakeBytes(std::vector<std::uint8_t>& room, ByteSpan bytes) {
   constexpr std::size_t kUsualBytes = 1536;
@@ -205,23 +212,15 @@ Pairing::Owner Pairing::OwnerOf(const wire::FrameView& returned) const noexcept 
 GapBefore Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats, Copy copy) noexcept {
   Rhythm& rhythm = senders_[sender].rhythm;
   // Masters that do not number their frames send the same again and again.
-  const bool again = repeats == Repeats::kAnswered && rhythm.indices.was_next() &&
-                     HasWaited(rhythm.last, frame.ref()) &&
-                     Elapsed(rhythm.last.time, frame.ref().time) <= kLongestTimeOutNs;
-  if (again) {
-    const Slot& before = At(senders_[sender].newest - 1);
-    sink_.OnRepeated({frame, before.view.ref(), frame.ref(), before.returned, typical_round_trip_ns_});
-  }
+  const bool again = IsAgain(sender, frame, repeats);
   const bool repeated = again || repeats == Repeats::kIndex || repeats == Repeats::kAll;
   const IndexSequence::Step step = rhythm.indices.Follow(frame, repeated);
   if (rhythm.indices.loose()) statistics_.last_loose = frame.ref().number;
   const FrameRef last = std::exchange(rhythm.last, frame.ref());
+  if (last.has_time && frame.ref().has_time) rhythm.CompareStamps(Elapsed(last.time, frame.ref().time));
   if (step == IndexSequence::Step::kBroken) {
     // What was not sent cannot be missing: another program has a counter of its own, or the master skips numbers.
-    if (copy == Copy::kPlain && !AnyInFlight(sender) && !HasTimeFor(rhythm, last, frame.ref())) {
-      ++statistics_.skips;
-      return GapBefore::kNone;
-    }
+    if (copy == Copy::kPlain && !AnyInFlight(sender) && !HasTimeFor(rhythm, last, frame.ref())) return GapBefore::kNone;
     if (statistics_.gaps++ == 0) statistics_.first_gap = frame.ref();
     OnGap(sender);
     return GapBefore::kCertain;
@@ -236,6 +235,10 @@ GapBefore Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Rep
   const std::int64_t apart = Elapsed(last.time, frame.ref().time);
   const bool waited = HasWaited(last, frame.ref());
   if (repeats == Repeats::kAll && waited) ++statistics_.repeated_unanswered;
+  if (again && RoundThatFits(rhythm, apart) > 0) {
+    DoubtInFlight(sender, Undecided::kCaptureGap);
+    return GapBefore::kPossible;
+  }
   if (again) return GapBefore::kNone;
   const bool cyclic = !frame.empty() && wire::IsLogical(frame[0].command());
   if (repeats == Repeats::kAll && waited && (rhythm.indices.IsNumbered(frame) || (apart <= kRetryNs && !cyclic))) {
@@ -272,13 +275,32 @@ bool Pairing::HasWaited(const FrameRef& before, const FrameRef& now) const noexc
   return apart > kCopyNs && apart / 2 > typical_round_trip_ns_;
 }
 
+void Pairing::Rhythm::CompareStamps(std::int64_t apart) noexcept {
+  shared = apart > 0 ? std::max(shared - 1, 0) : std::min(shared + kShared, kManyShared);
+}
+
+/// True when the sender repeats what slaves answered, or what came back without answer, as one does that did not get
+/// it. Masters that do not number their frames send the same again and again.
+bool Pairing::IsAgain(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats) const noexcept {
+  const Rhythm& rhythm = senders_[sender].rhythm;
+  return repeats == Repeats::kAnswered && rhythm.indices.was_next() && HasWaited(rhythm.last, frame.ref()) &&
+         Elapsed(rhythm.last.time, frame.ref().time) <= kLongestTimeOutNs;
+}
+
+/// How many indices the master has, if it may have used all of them once between two frames with the same one; else 0.
+std::uint32_t Pairing::RoundThatFits(const Rhythm& rhythm, std::int64_t apart) noexcept {
+  const std::uint32_t span = rhythm.indices.span();
+  const std::int64_t distance = rhythm.SharesStamps() ? kShortestFrameNs : std::max(rhythm.mean_ns / 2, kShortestFrameNs);
+  return (std::int64_t{span} - 1) * distance <= apart ? std::max(span, 1U) : 0;
+}
+
 /// True when the frames whose indices are skipped could be sent from one frame to the other, as fast as the wire or the
-/// master permits. Stamps too coarse for round trips show nothing.
+/// master permits. Stamps that frames share, or that are too coarse for round trips, show nothing.
 bool Pairing::HasTimeFor(const Rhythm& rhythm, const FrameRef& from, const FrameRef& to) const noexcept {
   if (!from.has_time || !to.has_time || typical_round_trip_ns_ == 0 || typical_round_trip_ns_ > kMaxRoundTripNs) {
     return true;
   }
-  if (ClockJumps(from.time, to.time)) return true;
+  if (rhythm.SharesStamps() || ClockJumps(from.time, to.time)) return true;
   const bool known = rhythm.longest_before_ns > 0;
   const std::int64_t each = std::max(known ? rhythm.shortest_ns / 2 : 0, kShortestFrameNs);
   return rhythm.indices.skipped() * each <= 2 * Elapsed(from.time, to.time) + kStampsNs;
@@ -294,7 +316,7 @@ bool Pairing::AnyInFlight(std::uint8_t sender) noexcept {
 
 /// True when no more frames fit between one and the return of another than the one that came back.
 bool Pairing::OnlyOneFits(const Rhythm& rhythm, const FrameRef& last, const FrameRef& returned) noexcept {
-  if (!last.has_time || !returned.has_time || rhythm.shortest_ns == 0) return false;
+  if (!last.has_time || !returned.has_time || rhythm.shortest_ns == 0 || rhythm.SharesStamps()) return false;
   const std::int64_t apart = Elapsed(last.time, returned.time);
   return apart > 0 && apart / 2 < rhythm.shortest_ns;
 }
@@ -444,9 +466,16 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   const ByteSpan kept = frame.bytes().first(frame.used_bytes());
   const bool copy = MayBeCopy(frame, kept);
   bool again = false;
+  bool answered_again = false;
+  std::uint32_t round = 0;
   if (!copy) {
     const Repeats repeats = RepeatsLast(sender, key, kept);
     again = repeats == Repeats::kAll;
+    if (IsAgain(sender, frame, repeats)) {
+      const Rhythm& rhythm = senders_[sender].rhythm;
+      answered_again = At(senders_[sender].newest - 1).taken;
+      round = RoundThatFits(rhythm, Elapsed(rhythm.last.time, frame.ref().time));
+    }
     if (const GapBefore gap = Follow(sender, frame, repeats); gap != GapBefore::kNone) {
       if (gap > gap_) gap_ = gap;
       after_gap_ = head_;
@@ -466,6 +495,8 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   slot.reason = Undecided::kBeforeFirstReturn;
   slot.copy = copy;
   slot.again = again;
+  slot.answered_again = answered_again;
+  slot.round = round;
   slot.before_gap = false;
   slot.overtaken = 0;
   slot.key = key;
@@ -666,6 +697,7 @@ bool Pairing::MayBeOfMissing(const Slot& slot) noexcept {
 void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept {
   slot.state = SlotState::kAnswered;
   slot.returned = returned.ref();
+  slot.taken = AnyWorkingCounter(returned);
   // Only a number distinguishes a late frame from one whose outbound copy is not in the capture.
   const IndexSequence& indices = senders_[slot.sender].rhythm.indices;
   const std::uint32_t overtaken = slot.overtaken - (slot.before_gap ? 1U : 0U);
@@ -883,6 +915,7 @@ void Pairing::AnswerInFlight(Slot& slot, const wire::FrameView& frame) noexcept 
   const FrameRef again = RepeatedSince(slot);
   const bool other = !again.seen() && MayAnswerLater(slot, frame);
   if (slot.again) ReportLate(slot);
+  if (slot.answered_again) ReportAnswered(slot, frame);
   if (sent.has_time && frame.ref().has_time) {
     const std::int64_t round_trip = Elapsed(sent.time, frame.ref().time);
     if (round_trip == 0) ++statistics_.identical_stamps;
@@ -912,8 +945,33 @@ void Pairing::ReportLate(const Slot& slot) noexcept {
     const bool late = before.state == SlotState::kAnswered && before.key == slot.key && before.bytes == slot.bytes &&
                       before.returned.number > slot.view.ref().number;
     if (late && HasWaited(before.view.ref(), slot.view.ref())) {
-      sink_.OnRepeated({slot.view, before.view.ref(), slot.view.ref(), before.returned, typical_round_trip_ns_});
+      sink_.OnRepeated({.frame = slot.view,
+                        .before = before.view.ref(),
+                        .again = slot.view.ref(),
+                        .returned = before.returned,
+                        .usual_ns = typical_round_trip_ns_});
     }
+    return;
+  }
+}
+
+/// Both copies came back. What only reads may be a poll, which brings other data in the end.
+void Pairing::ReportAnswered(const Slot& slot, const wire::FrameView& returned) noexcept {
+  const std::uint64_t oldest = head_ > kDuplicateFrames ? head_ - kDuplicateFrames : 0;
+  for (std::uint64_t s = slot.sequence; s > oldest; --s) {
+    const Slot& before = At(s - 1);
+    if (before.sender != slot.sender) continue;
+    if (before.state != SlotState::kAnswered || before.key != slot.key) return;
+    const ByteSpan payload = returned.payload();
+    const bool news = OnlyReads(returned) && !std::equal(before.returned_bytes.begin(), before.returned_bytes.end(),
+                                                         payload.begin(), payload.end());
+    sink_.OnRepeated({.frame = slot.view,
+                      .before = before.view.ref(),
+                      .again = slot.view.ref(),
+                      .returned = before.returned,
+                      .usual_ns = typical_round_trip_ns_,
+                      .may_miss_round_of = slot.round,
+                      .brought_news = news});
     return;
   }
 }

@@ -67,7 +67,6 @@ struct PairingStatistics {
   std::uint64_t other_bus = 0;            ///< of these, on interfaces that were at another bus
   std::uint64_t other_bus_interface = 0;  ///< the first of those interfaces
   std::uint64_t repeated_unanswered = 0;  ///< the frame before once more, which had not come back
-  std::uint64_t skips = 0;                ///< places where the indices skip, but no time was left for frames between
   std::uint64_t dropped_every = 0;        ///< the recorder regularly left out one packet in this number; 0: it did not
   std::uint64_t stamped_first = 0;        ///< pairs whose return is stamped before the frame was sent
   bool one_port = false;                  ///< of a redundant line was captured: what it sends comes back at the other
@@ -111,6 +110,10 @@ class Pairing {
   /// them.
   static constexpr std::uint32_t kFew = 4;
   static constexpr std::int64_t kSilentTimesOfFew = 64;
+  /// Stamps are shared if more than one in this number is, and the last few were not the only ones.
+  static constexpr int kShared = 16;
+  static constexpr int kFewShared = 2 * kShared;
+  static constexpr int kManyShared = 16 * kShared;
   /// Masters that do not number their frames repeat them after no longer than this.
   static constexpr std::int64_t kRetryNs = 20'000'000;
   /// The shortest frame takes this long on the wire, with what lies between frames: 84 bytes at 100 Mbit/s.
@@ -148,6 +151,11 @@ class Pairing {
     std::int64_t longest_before_ns = 0;  ///< ... and of the kWindow frames before
     std::int64_t shortest_ns = 0;        ///< of all frames so far; 0: not known yet
     std::uint32_t frames = 0;
+    int shared = 0;  ///< grows by kShared with each stamp that is not later than the one before, and falls by 1 else
+
+    void CompareStamps(std::int64_t apart) noexcept;
+    /// Stamps are those of an interrupt or of several clocks: many frames have the one of the frame before.
+    [[nodiscard]] bool SharesStamps() const { return shared > kFewShared; }
   };
   struct Sender {
     std::uint64_t mac = 0;
@@ -168,6 +176,9 @@ class Pairing {
     bool other_end = false;          ///< sent at the other end of a redundant line
     bool copy = false;               ///< may be the packet before it, captured twice
     bool again = false;              ///< the frame before once more, which was in flight
+    bool answered_again = false;     ///< ... which slaves had answered
+    bool taken = false;              ///< slaves took part in it
+    std::uint32_t round = 0;         ///< see RepeatedFrame::may_miss_round_of
     bool before_gap = false;         ///< counted as overtaken once because the indices after it skip
     std::uint32_t overtaken = 0;
     std::uint64_t key = 0;
@@ -226,6 +237,9 @@ class Pairing {
   [[nodiscard]] bool AnyInFlight(std::uint8_t sender) noexcept;
   [[nodiscard]] bool HasTimeFor(const Rhythm& rhythm, const FrameRef& from, const FrameRef& to) const noexcept;
   void ReportLate(const Slot& slot) noexcept;
+  [[nodiscard]] bool IsAgain(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats) const noexcept;
+  void ReportAnswered(const Slot& slot, const wire::FrameView& returned) noexcept;
+  [[nodiscard]] static std::uint32_t RoundThatFits(const Rhythm& rhythm, std::int64_t apart) noexcept;
   [[nodiscard]] FrameRef RepeatedSince(const Slot& slot) noexcept;
   [[nodiscard]] bool MayAnswerLater(const Slot& slot, const wire::FrameView& returned) const noexcept;
   [[nodiscard]] bool ProvesGap(const Sender& sender, const wire::FrameView& orphan) const noexcept;

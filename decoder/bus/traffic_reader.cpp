@@ -47,21 +47,24 @@ TrafficReader::Got TrafficReader::LookAhead() noexcept {
   return more ? Got::kNothing : Got::kPacket;
 }
 
-/// A master whose frames have a wrong EtherCAT length is understood if slaves take part in them, or if it sends no
-/// others: what no slave reads is not sent for long.
+/// A master whose frames have a wrong EtherCAT length is understood if it sends such frames and slaves take part in
+/// them, or if it sends no others: what no slave reads is not sent for long. A frame that was damaged on its way back
+/// was not sent like that.
 void TrafficReader::AcceptLengths() noexcept {
   constexpr std::size_t kMany = 8;
-  std::size_t wrong = 0, right = 0;
-  bool answered = false;
+  std::size_t wrong = 0, right = 0, answered = 0;
   for (const Early& early : early_) {
     wire::FrameView view;
     view.Rebase(early.view, early.bytes);
     if (view.kind() == wire::FrameKind::kEtherCat) ++right;
     if (!view.IsWholeButForLength()) continue;
     ++wrong;
-    answered = answered || AnyWorkingCounter(view);
+    if (AnyWorkingCounter(view)) ++answered;
   }
-  if (wrong == 0 || (!answered && (right > 0 || wrong < kMany))) return;
+  const bool both_ways = answered > 0 && answered < wrong;
+  // Where only returned frames were captured, all are wrong.
+  const bool no_others = right == 0 && (wrong >= kMany || answered > 1);
+  if (!both_ways && !no_others) return;
   for (Early& early : early_) early.view.AcceptLength();
   parser_.AcceptLengths();
 }

@@ -50,13 +50,16 @@ enum class Unusable : std::uint8_t {
   kAltered,    ///< matches a frame in flight but for fields that slaves never change: bits flipped on the wire
 };
 
-/// A frame that was sent again although it was answered, or before its answer came.
+/// A frame that was sent again although slaves had answered it, or before its answer came.
 struct RepeatedFrame {
   const wire::FrameView& frame;  ///< as it was sent
   FrameRef before;               ///< when it was sent first
   FrameRef again;                ///< when it was sent again
   FrameRef returned;             ///< what came back of the first one
   std::int64_t usual_ns = 0;     ///< round trip of other frames; 0: not known
+  /// Not 0: so many indices has the master, and the capture may miss as many frames, less one, between both.
+  std::uint32_t may_miss_round_of = 0;
+  bool brought_news = false;  ///< it only reads, and the second time it brought other data: a poll
 
   /// It came back before it was sent again.
   [[nodiscard]] bool answered() const { return returned.number < again.number; }

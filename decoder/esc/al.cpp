@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 namespace ecaudit::esc {
 namespace {
@@ -118,7 +119,8 @@ std::string StatesOfAllText(std::uint16_t status) {
   const AlWord word{status};
   const std::string states = OredStatesText(word.state());
   if (!word.bit4()) return states;
-  return states + (states.find(" and ") != std::string::npos ? ", and the error bit" : " and the error bit");
+  const bool several = std::popcount(static_cast<unsigned>(word.state())) > 1;
+  return states + (several ? ", and the error bit" : " and the error bit");
 }
 
 std::string StatusText(std::uint16_t al_status) {

@@ -35,7 +35,8 @@ inline constexpr EscAddress kEepromEnd = 0x0510;
 
 // Distributed clocks.
 inline constexpr EscAddress kDcFirst = 0x0900;
-inline constexpr EscAddress kReceiveTimes = 0x0900;  ///< writing any value latches them
+inline constexpr EscAddress kReceiveTimes = 0x0900;   ///< writing any value latches them
+inline constexpr EscAddress kReceiveTimesBytes = 16;  ///< of ports 0 to 3
 inline constexpr EscAddress kSystemTime = 0x0910;
 inline constexpr EscAddress kReceiveTimeCore = 0x0918;
 inline constexpr EscAddress kSystemTimeOffset = 0x0920;

@@ -59,6 +59,8 @@ struct PdoObject {
 
   /// Subindices 1 to count, when all of them are known; the empty list when the count is 0.
   [[nodiscard]] std::optional<std::vector<std::uint32_t>> Contents() const;
+  /// The highest subindex that was seen besides subindex 0; 0: none.
+  [[nodiscard]] std::uint8_t highest() const { return values.empty() ? std::uint8_t{0} : values.rbegin()->first; }
 };
 
 class PdoMapping {

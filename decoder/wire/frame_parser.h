@@ -43,7 +43,7 @@ class FrameParser {
   std::size_t last_ = 0;   ///< shape of the frame before
   std::size_t given_ = 0;  ///< the shape that was made last
   bool accepts_lengths_ = false;
-  FrameView other_;        ///< of a frame without shape
+  FrameView other_;  ///< of a frame without shape
 };
 
 }  // namespace ecaudit::wire

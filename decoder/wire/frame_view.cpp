@@ -77,8 +77,11 @@ capture::CapturedFrame ReadNetAnalyzer(const capture::CapturedFrame& packet, Esl
   const bool is_event = (word >> 8U & 1U) != 0;
   const ByteSpan rest = packet.bytes.subspan(std::min(begin, packet.bytes.size()));
   frame.bytes = is_event ? rest.first(0) : rest;
+  // An event is no frame that was cut.
   frame.original_length =
-      static_cast<std::uint32_t>(packet.original_length - std::min<std::size_t>(packet.original_length, begin));
+      is_event
+          ? 0
+          : static_cast<std::uint32_t>(packet.original_length - std::min<std::size_t>(packet.original_length, begin));
   frame.fcs_bytes = kFcs;
   record.present = !is_event;
   record.port = static_cast<std::uint8_t>(word >> 14U & 3U);

@@ -9,7 +9,7 @@ import sys
 
 FOLDERS = ["analyzers", "cli"]
 RENDERER = {"cli/report/sentences.cpp"}
-FIELD = r"(?:\b|->|\.)(?:title|message|next|next_step|reason)\b"
+FIELD = r"(?:\b|->|\.)(?:title|message|next|next_step|reason|reservations?|brief)\b"
 # Searching and cutting, and comparing with a text. A text may be empty, or equal another one as a whole (nothing to add).
 SEARCH = re.compile(FIELD + r"\.(?:find\w*|starts_with|ends_with|substr|compare|replace|erase|contains)\(")
 COMPARE = re.compile(FIELD + r"\s*[!=]=\s*(?:\"|std::string|k[A-Z])|(?:\"|\bk[A-Z]\w*)\s*[!=]=\s*[\w.>\-\[\]]*" + FIELD)

@@ -102,6 +102,15 @@ class DecodeText(Decode):
             self.assertNotEqual(line[content], " ", line)
             self.assertEqual(line, line.rstrip())
 
+    def test_only_a_mailbox_that_is_on_has_messages(self):
+        message = bytes.fromhex("0a00000000030020 4018100100000000") + bytes(112)
+        for active, times in ((b"\1\0", 2), (b"\0\0", 0)):
+            bus = scanned_bus()
+            bus.write(0x0800, bytes.fromhex("001880002600") + active)
+            bus.write(0x1800, message)
+            out = self.decode(self.file("m.pcap", bus.pcap())).out
+            self.assertEqual(out.count("1018h:1"), times, out)
+
     def test_says_what_is_meant(self):
         out = self.decode(self.faulty).out
         self.assertIn("->  FPWR      0  0x1001:0x0120      2         AL Control: OP", out)

@@ -39,8 +39,8 @@ The slave ignores the request without any answer. The master waits, times out an
 - The master read the error bit.
 - No request since then acknowledged it.
 - The slave accepted this request (its working counter is not 0).
-- Bit 4 acknowledges by its positive edge. If it was 1 in AL Control before, a request of the same state without it
-  makes this edge possible: it is reported only if the next request does not carry the bit.
+- Bit 4 acknowledges by its positive edge. A request of the same state with bit 4 = 0 after 1 prepares that edge. It is
+  reported if the next request lacks bit 4 or no request follows.
 
 The echo of an acknowledge (slaves without a processor) is no error.
 

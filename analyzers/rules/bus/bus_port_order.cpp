@@ -5,7 +5,8 @@
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "analyzers/model/port_use.h"
+#include "analyzers/model/entry_port.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/bus/slave_set.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/track/access.h"
@@ -15,12 +16,11 @@
 namespace ecaudit::bus_port_order {
 namespace {
 
-constexpr EscAddress kReceiveTimeBytes = 16;
-
 constexpr FindingKind kPort0Later{
     .name = "port-0-later",
     .title = "Frames enter at port {port}, not at port 0 (cables swapped)",
-    .message = R"(The receive times (0x0900) in {times_frame} show the frame at port {port} {ahead_ns} before port 0. DL
+    .message =
+        R"(The receive times (0x0900) in {times_frame} show the frame {ahead_ns} earlier at port {port} than at port 0. DL
 status (0x0110) in {status_frame} shows both ports open. A frame from the master has to enter at port 0 (IN).)",
     .next =
         R"(Connect the cable from the master to port 0 (IN) and the cable to the next slave to port {port}. Then let the
@@ -44,7 +44,9 @@ constexpr FindingKind kLineEndsEarly{
 No slave before it has a free one, and slaves at later positions answer.[ The slave at position {last_position} is the
 last one and has {last_open} open ({frame}).] So a slave has its cables in the wrong sockets[{?last_open}: probably that
 one].)",
-    .next = R"(Check at each slave that the cable from the master is in port 0 (IN). Read the receive times (0x0900 to
+    .next =
+        R"([{?last_open}Swap the cables of the slave at position {last_position}. ]Check at each slave that the cable from the
+master is in port 0 (IN). Read the receive times (0x0900 to
 0x090F) of all slaves: they show at which port frames enter.)"};
 constexpr const FindingKind* kKinds[] = {&kPort0Later, &kPort0Unused, &kLineEndsEarly};
 
@@ -64,7 +66,7 @@ constexpr RuleInfo kInfo{.id = "bus-port-order",
 - DL status of all slaves: the line must not end before the last slave.
 
 ## Why it matters
-With IN and OUT swapped, a slave processes frames only when they come back from the slaves after it. Its position is
+With IN and OUT swapped, a slave processes frames only when they return from the slaves after it. Its position is
 wrong, so the master configures other slaves than the project names. Its receive times are in the wrong order. Masters
 then compute propagation delays that cannot be true, and SYNC0 is off.
 
@@ -88,24 +90,17 @@ constexpr Word kReceiveTimes{"receive-times", "the receive times of its ports (0
 class BusPortOrder final : public Rule {
  public:
   BusPortOrder() : Rule(kInfo) {
-    Subscribe<track::SlaveAccess>(&BusPortOrder::On, MemoryRange::Of(esc::kDlStatus, 2));
-    Subscribe<track::SlaveAccess>(&BusPortOrder::On, MemoryRange::Of(esc::kReceiveTimes, kReceiveTimeBytes));
-    Subscribe<track::CaptureGap>(&BusPortOrder::On);
+    Subscribe<track::SlaveAccess>(&BusPortOrder::On, MemoryRange::Of(esc::kDlStatus, 2), Stage::kAfterModel);
+    Subscribe<track::SlaveAccess>(&BusPortOrder::On, MemoryRange::Of(esc::kReceiveTimes, esc::kReceiveTimesBytes),
+                                  Stage::kAfterModel);
   }
 
   void On(const track::SlaveAccess& access) {
-    if (access.slave >= slaves_.size()) slaves_.resize(std::size_t{access.slave} + 1);
-    Slave& slave = slaves_[access.slave];
-    slave.use.OnWrite(access);
     if (access.read.empty() || access.broadcast) return;
-    slave.use.OnRead(access);
-    if (slave.use.status_frame().number == access.frame().number) slave.known_then = context().slave_count();
-    if (const auto entry = slave.use.entry()) ReportEntry(access.slave, *entry, access.frame());
-  }
-
-  void On(const track::CaptureGap& gap) {
-    if (!gap.certain) return;
-    for (Slave& slave : slaves_) slave.use.Forget();
+    if (access.slave >= known_then_.size()) known_then_.resize(std::size_t{access.slave} + 1);
+    const model::EntryPort& ports = PortsOf(access.slave);
+    if (ports.status_frame().number == access.frame().number) known_then_[access.slave] = context().slave_count();
+    if (const auto evidence = ports.evidence()) ReportEntry(access.slave, *evidence, access.frame());
   }
 
   void Finish() override {
@@ -113,21 +108,19 @@ class BusPortOrder final : public Rule {
     if (!reported_) FollowLine();
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
-      if (s >= slaves_.size() || !slaves_[s].use.status()) {
+      const model::EntryPort& ports = PortsOf(id);
+      if (!ports.status()) {
         NotEvaluable(id, ReasonCode::kNotRead, kDlStatus);
-      } else if (slaves_[s].use.open_ports() > 1 && !slaves_[s].use.compared() && !reported_) {
+      } else if (ports.open_ports() > 1 && !ports.compared() && !reported_) {
         NotEvaluable(id, ReasonCode::kNotRead, kReceiveTimes);
       }
     }
   }
 
  private:
-  struct Slave {
-    model::PortUse use;
-    std::size_t known_then = 0;  ///< slaves when its DL status was read
-  };
+  [[nodiscard]] const model::EntryPort& PortsOf(SlaveId id) const { return context().slave(id).entry_port; }
 
-  void ReportEntry(SlaveId id, const model::PortUse::Entry& entry, const FrameRef& frame) {
+  void ReportEntry(SlaveId id, const model::EntryPort::Evidence& entry, const FrameRef& frame) {
     reported_ = true;
     if (Repeat(id, entry.port, frame) != kNoFinding) return;
     Finding finding = Found(entry.ahead_ns ? kPort0Later : kPort0Unused, id, frame);
@@ -148,7 +141,7 @@ class BusPortOrder final : public Rule {
     for (std::size_t s = 0; s < set.size(); ++s) count += set[static_cast<SlaveId>(s)].replaced ? 0 : 1;
     for (std::size_t p = 0; p < count; ++p) {
       const SlaveId id = set.AtPosition(static_cast<SlavePos>(p));
-      const bool read = id < slaves_.size() && slaves_[id].use.status() && slaves_[id].known_then >= count;
+      const bool read = id < known_then_.size() && PortsOf(id).status() && known_then_[id] >= count;
       if (!read) return {};
       line.push_back(id);
     }
@@ -161,17 +154,17 @@ class BusPortOrder final : public Rule {
     if (line.size() < 2) return;
     std::size_t free = 1;  // ports that lead on; the first is that of the master
     for (std::size_t p = 0; p < line.size(); ++p) {
-      const model::PortUse& use = slaves_[line[p]].use;
+      const model::EntryPort& ports = PortsOf(line[p]);
       if (free == 0) return ReportEnd(line, p - 1);
-      if (use.open_ports() == 0) return;
-      free += use.open_ports();
+      if (ports.open_ports() == 0) return;
+      free += ports.open_ports();
       free -= 2;  // the port of the slave before, and its own port 0
     }
   }
 
   void ReportEnd(const std::vector<SlaveId>& line, std::size_t end) {
-    const model::PortUse& at_end = slaves_[line[end]].use;
-    const model::PortUse& last = slaves_[line.back()].use;
+    const model::EntryPort& at_end = PortsOf(line[end]);
+    const model::EntryPort& last = PortsOf(line.back());
     const bool last_is_open = last.open_ports() > 1;
     const SlaveId id = last_is_open ? line.back() : line[end];
     Finding finding = Found(kLineEndsEarly, id, last_is_open ? last.status_frame() : at_end.status_frame());
@@ -184,10 +177,10 @@ class BusPortOrder final : public Rule {
     }
     AddRelated(finding, at_end.status_frame().number);
     reported_ = true;
-    Report(model::PortUse::kPorts, std::move(finding));
+    Report(model::EntryPort::kPorts, std::move(finding));
   }
 
-  std::vector<Slave> slaves_;
+  std::vector<std::size_t> known_then_;  ///< by slave: slaves when its DL status was read
   bool reported_ = false;
 };
 

@@ -10,7 +10,7 @@
 #include "decoder/base/text.h"
 #include "decoder/base/time.h"
 #include "decoder/bus/direction.h"
-#include "decoder/bus/two_counters.h"
+#include "decoder/bus/two_index_sequences.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/network.h"
@@ -42,11 +42,11 @@ the other one writes: station addresses, AL states and mailboxes are not under t
 constexpr FindingKind kSameCard{
     .name = "same-card",
     .title = "Two masters send from one network card",
-    .message = R"(The frames of {card} have two rows of indices side by side. The turn passed {turns} between
-them, from {frame} to {last_frame}: one row was at {index}, the other at {other_index} then. So two programs send as
-masters from one network card.[ {unanswered} of one of them to station addresses are not answered since the other one
-began.][{?set_up_twice} Both gave a station address to the same slave.] Neither knows what the other one
-writes: station addresses, AL states and mailboxes are not under the control of one master.)",
+    .message = R"(The frames of {card} carry two index sequences that alternate ({turns}, from {frame} to
+{last_frame}; one at {index}, the other at {other_index}). So two programs send as masters from one network card.[ {unanswered}
+of one of them to station addresses returned with working counter 0, since the other one wrote the station addresses of
+all slaves.][{?set_up_twice} Both gave a station address to the same slave.] Neither knows what the other one writes:
+station addresses, AL states and mailboxes are not under the control of one master.)",
     .next = "Stop the second program: only one may use the network card. Look for a service that was left running.",
     .identity = "card"};
 constexpr const FindingKind* kKinds[] = {&kSecondMaster, &kSameCard};
@@ -78,10 +78,10 @@ times, each time within a second.
   then two segments run the same program.
 - A redundant port is no second master: it sends the same as the first port at the same time.
 - Frames of two capture interfaces are not compared.
-- Two programs can send from one network card as well. Their frames have two rows of indices, each of which goes on
-  where it was, in turn. One master may number like that, too. So they are two masters only if slaves take part in the
-  frames of both, and either both give a station address to the same slave, or one of them no longer reaches its slaves
-  since the other began.
+- Two programs can send from one network card as well. Then its frames carry two index sequences that alternate.
+- One master may number its frames like that, too. So two sequences are two masters only if slaves take part in the
+  frames of both, and one undoes the set-up of the other. Both give a station address to the same slave, or one writes
+  the station addresses of all slaves, and the other no longer reaches those that it gave.
 
 ## Example
 tests/rules/bus-second-master/violates.trace
@@ -148,11 +148,11 @@ class BusSecondMaster final : public Rule {
     const std::uint64_t mac = bus::SenderOf(e.frame);
     if (e.direction == bus::Direction::kOutbound) {
       FollowSent(mac, e.frame);
-      counters_.FollowSent(e.frame);
-      if (counters_.turns() >= kTurns) FollowTurns(mac);
+      sequences_.FollowSent(e.frame);
+      if (sequences_.turns() >= kTurns) FollowTurns(mac);
       return;
     }
-    counters_.FollowReturned(e.frame);
+    sequences_.FollowReturned(e.frame);
     if (mac == first_mac_ && second_ == nullptr) {
       last_of_first_ = e.frame.ref();
       return;
@@ -265,31 +265,30 @@ class BusSecondMaster final : public Rule {
     sender.Add(frame);
   }
 
-  /// Two rows of indices take turns.
+  /// Two index sequences alternate.
   void FollowTurns(std::uint64_t mac) {
-    if (counters_.turns() == turns_seen_ || second_ != nullptr) return;
-    turns_seen_ = counters_.turns();
-    if (!Within(counters_.other().last, counters_.current().last, kAtOnceNs)) return;
-    last_turn_ = counters_.current().last;
+    if (sequences_.turns() == turns_seen_ || second_ != nullptr) return;
+    turns_seen_ = sequences_.turns();
+    if (!Within(sequences_.other().last, sequences_.current().last, kAtOnceNs)) return;
+    last_turn_ = sequences_.current().last;
     if (same_card_ != kNoFinding) {
       ++context().store[same_card_].count;
       return;
     }
-    const bool collide = counters_.Collide();
-    if (!collide && !counters_.SetUpTwice()) return;
-    Finding finding = Found(kSameCard, kNoSlave, counters_.later().began);
+    const bool collide = sequences_.Collide();
+    if (!collide && !sequences_.SetUpTwice()) return;
+    Finding finding = Found(kSameCard, kNoSlave, sequences_.later().began);
     if (!collide) finding.confidence = Confidence::kInferred;
     finding.last = last_turn_;
     finding.count = turns_seen_;
     finding.Set("card", arg::Text(NameOf(mac)))
-        .Set("index", arg::Hex(counters_.current().first_index, 2))
-        .Set("other_index", arg::Hex(counters_.other().first_index, 2))
-        .Set("set_up_twice", arg::Flag(counters_.SetUpTwice()));
+        .Set("index", arg::Hex(sequences_.current().first_index, 2))
+        .Set("other_index", arg::Hex(sequences_.other().first_index, 2))
+        .Set("set_up_twice", arg::Flag(sequences_.SetUpTwice()));
     if (collide) {
-      const std::uint64_t unanswered = std::max(counters_.current().unanswered, counters_.other().unanswered);
-      finding.Set("unanswered", arg::Count(unanswered, "frame"));
+      finding.Set("unanswered", arg::Count(sequences_.unanswered(), "frame"));
     }
-    AddRelated(finding, counters_.other().last.number);
+    AddRelated(finding, sequences_.other().last.number);
     AddRelated(finding, last_turn_.number);
     same_card_ = Report(kSameCardKey, collide ? Severity::kError : Severity::kWarning, std::move(finding));
   }
@@ -299,7 +298,7 @@ class BusSecondMaster final : public Rule {
   }
 
   static constexpr std::uint64_t kSameCardKey = 1;
-  bus::TwoCounters counters_;
+  bus::TwoIndexSequences sequences_;
   std::uint64_t turns_seen_ = 0;
   FrameRef last_turn_;
   FindingIndex same_card_ = kNoFinding;

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "analyzers/judge/rule.h"
@@ -24,18 +26,20 @@ use the card.)"};
 
 constexpr FindingKind kLate{
     .name = "late",
-    .title = "A frame came back {late_ms} late, after the master had sent it again",
+    .title = "{count:number} {count?frame|frames} returned after the master had sent {count?it|them} again",
     .message =
-        R"({frame} came back only in {return_frame}, after {round_trip_ms}.[ Other frames take {usual_us}.] The master
-had not waited for it: it sent the frame again in {again_frame}, after {time_out_ms}.[ It accesses the mailbox of {slave_of_mailbox}:
-the master may have given up the transfer.] Slaves pass a frame on within a few
-microseconds. So it was held up before or after them: in the network card, its driver or the computer of the master.)",
-    .next = R"(Check the computer of the master: driver and interrupt settings of the network card, load. Let the master
+        R"({frame} returned only in {return_frame}, after {round_trip_ms}.[ Other frames take {usual_us}.] The master
+did not wait for it: after a time-out of {time_out_ms} it sent the frame again in {again_frame}.[ It accesses the mailbox of
+{slave_of_mailbox}: the master may have given up the transfer.] Slaves pass a frame on within a few microseconds. So the
+delay arose before or after them: in the network card, its driver or the computer of the master.)",
+    .next = R"(Check the computer of the master: driver and interrupt settings, network card and load. Let the master
 wait longer, or start again when a transfer fails.)"};
 
 constexpr const FindingKind* kKinds[] = {&kAnswered, &kLate};
 
-constexpr Word kNumbers{"frame-numbers", "whether the master sends frames again (it does not number them)"};
+constexpr Word kNumbers{"frame-numbers", "a frame index that the master increments"};
+constexpr Word kRound{"frames-of-a-round",
+                      "whether the master sends frames again, or the capture misses a round of indices"};
 
 constexpr RuleInfo kInfo{.id = "frame-repeated",
                          .group = "Frame and bus",
@@ -59,15 +63,23 @@ transfer given up, a setting left out, a slave reported as missing) looks like a
 By content. The frame that is sent again is byte for byte the one that the same master sent before, with the same index.
 Its time-out is longer than frames take, and at most 100 ms.
 
+- Slaves answered it: a working counter is above 0. A master may try again what no slave answered.
+- The frame that was sent again returned, too. One that never returned belongs to frame-lost. One that returned twice
+  belongs to frame-duplicated.
+- A frame that only reads, and in the end brings other data, is a poll that keeps its index.
 - Masters that do not number their frames send equal frames all the time: nothing can be decided.
-- A frame that never returned belongs to frame-lost. One that returned twice belongs to frame-duplicated.
+- Where the master could have used all its indices once in the time-out, the capture may miss these frames. Three such
+  frames are reported if the indices show no other gap and the master has at least 8 of them.
 
 ## Example
 tests/rules/frame-repeated/violates.trace
 
 ## What to do
-Look at the computer of the master, not at the slaves. Usual reasons are interrupt moderation of the network card, power
-saving, a driver that loses frames, a thread without real-time priority, and time-outs that are too short.
+Look at the computer of the master, not at the slaves. Usual reasons:
+
+- interrupt moderation of the network card, power saving, or a driver that loses frames,
+- a thread without real-time priority,
+- time-outs that are too short.
 )"};
 
 class FrameRepeated final : public Rule {
@@ -83,30 +95,84 @@ class FrameRepeated final : public Rule {
   }
 
   void Finish() override {
+    FinishSeries();
     if (NotEvaluableWithoutReturns() || NotEvaluableWithoutSent()) return;
-    if (!context().pairing().numbered) NotEvaluable(kNoSlave, ReasonCode::kAmbiguous, kNumbers);
+    if (may_be_gaps_ == 0) {
+      if (!context().pairing().numbered) NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, kNumbers);
+      return;
+    }
+    // By chance a gap ends at the index of the frame before it, once in so many as the master has: not each time.
+    if (may_be_gaps_ >= kNoChance && least_round_ >= kLeastRound && context().pairing().gaps == 0) {
+      first_maybe_->count = may_be_gaps_;
+      Add(std::move(*first_maybe_));
+    } else {
+      NotEvaluable(kNoSlave, ReasonCode::kAmbiguous, kRound, first_maybe_->first.number);
+    }
   }
 
  private:
+  /// One frame that was sent again, perhaps several times.
+  struct Series {
+    Finding finding;
+    FrameNo newest = 0;
+    std::uint32_t may_miss_round_of = 0;
+    bool poll = false;
+  };
+
+  /// So many gaps that all end at the same index are no chance ...
+  static constexpr std::uint64_t kNoChance = 3;
+  /// ... where there are as many indices.
+  static constexpr std::uint32_t kLeastRound = 8;
+
   void OnAnswered(const track::FrameRepeated& e) {
-    if (Repeat(kNoSlave, kAnsweredKey, e.again) != kNoFinding) return;
-    Finding finding = FindingOf(kAnswered, e);
-    finding.Set("answered_after_us", arg::Us(Elapsed(e.before.time, e.returned.time)));
-    Report(kAnsweredKey, std::move(finding));
+    if (!series_ || series_->newest != e.before.number) {
+      FinishSeries();
+      series_ = Series{FindingOf(kAnswered, e)};
+      series_->finding.Set("answered_after_us", arg::Us(Elapsed(e.before.time, e.returned.time)));
+      series_->finding.count = 0;
+    }
+    ++series_->finding.count;
+    series_->finding.last = e.again;
+    series_->newest = e.again.number;
+    series_->may_miss_round_of = std::max(series_->may_miss_round_of, e.may_miss_round_of);
+    series_->poll = series_->poll || e.brought_news;
   }
 
-  /// Each copy that comes back late is one event, all of them are one occasion.
+  void FinishSeries() {
+    if (!series_) return;
+    Series series = std::move(*series_);
+    series_.reset();
+    if (series.poll) return;
+    if (series.may_miss_round_of == 0) {
+      Add(std::move(series.finding));
+      return;
+    }
+    may_be_gaps_ += series.finding.count;
+    least_round_ = least_round_ == 0 ? series.may_miss_round_of : std::min(least_round_, series.may_miss_round_of);
+    if (!first_maybe_) first_maybe_ = std::move(series.finding);
+  }
+
+  void Add(Finding finding) {
+    if (answered_ == kNoFinding) {
+      answered_ = Report(kAnsweredKey, std::move(finding));
+      return;
+    }
+    Finding& first = context().store[answered_];
+    first.count += finding.count;
+    first.last = finding.last;
+  }
+
+  /// Each copy that returns late is one event, all of one slave's mailbox are one occasion.
   void OnLate(const track::FrameRepeated& e) {
     if (std::exchange(last_late_, e.again.number) == e.before.number) return;
-    if (Repeat(kNoSlave, kLateKey, e.returned) != kNoFinding) return;
-    const TimeNs round_trip = Elapsed(e.before.time, e.returned.time);
+    const SlaveId slave = MailboxOf(e.frame);
+    const std::uint64_t key = kLateKey + (slave == kNoSlave ? 0 : std::uint64_t{slave} + 1);
+    if (Repeat(kNoSlave, key, e.returned) != kNoFinding) return;
     Finding finding = FindingOf(kLate, e);
-    finding.Set("round_trip_ms", arg::Ms(round_trip)).Set("late_ms", arg::Ms(round_trip - e.usual_ns));
+    finding.Set("round_trip_ms", arg::Ms(Elapsed(e.before.time, e.returned.time)));
     if (e.usual_ns > 0) finding.Set("usual_us", arg::Us(e.usual_ns));
-    if (const SlaveId slave = MailboxOf(e.frame); slave != kNoSlave) {
-      finding.Set("slave_of_mailbox", arg::Slave(slave, context().Label(slave)));
-    }
-    Report(kLateKey, std::move(finding));
+    if (slave != kNoSlave) finding.Set("slave_of_mailbox", arg::Slave(slave, context().Label(slave)));
+    Report(key, std::move(finding));
   }
 
   /// The slave whose mailbox the frame writes or reads; kNoSlave: none.
@@ -139,7 +205,12 @@ class FrameRepeated final : public Rule {
 
   static constexpr std::uint64_t kAnsweredKey = 1;
   static constexpr std::uint64_t kLateKey = 2;
-  FrameNo last_late_ = 0;  ///< the frame that was sent in place of the last one that came back late
+  FrameNo last_late_ = 0;  ///< the frame that was sent in place of the last one that returned late
+  std::optional<Series> series_;
+  FindingIndex answered_ = kNoFinding;
+  std::uint64_t may_be_gaps_ = 0;       ///< frames sent again, or as many capture gaps
+  std::uint32_t least_round_ = 0;       ///< of their masters' indices
+  std::optional<Finding> first_maybe_;  ///< the first of them
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<FrameRepeated>};

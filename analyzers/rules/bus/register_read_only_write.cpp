@@ -14,8 +14,9 @@ constexpr FindingKind kReadOnly{
     .name = "read-only",
     .title = "Write to read-only register {register}",
     .message = R"(The master writes {written_begin} to {register} in {frame}. This register is read-only for EtherCAT
-[{!printed}({manual})][{?printed}in the EtherCAT slave controller ({esc}). The manual ({manual}) prints {printed}].[{?refused} The slave refused the write (working counter 0).][{?counted} The slave counted the access, but does
-not store the value.][{!refused}[{!counted} The slave does not store the value.]])",
+([{!printed}{manual}][{?printed}{esc}]).[{?printed} {manual} prints {printed}, but the slave controller decides.][{?refused}
+The slave refused the write (working counter 0).][{?counted} The slave counted the access, but does not store the
+value.][{!refused}[{!counted} The slave does not store the value.]])",
     .next = "Remove the write, or write the register that was intended.",
     .identity = "register"};
 constexpr const FindingKind* kKinds[] = {&kReadOnly};
@@ -44,7 +45,7 @@ Every byte of the write lies in a read-only register.
 - Masters write blocks that also cover writable registers (whole sync managers, FMMUs, the DC unit). These are not
   evaluated.
 - Masters clear registers by broadcast when they scan the bus. Broadcasts are not evaluated.
-- If a manual contradicts the slave controller on a register (0x0220 is printed R/W), the slave controller counts. The
+- If a manual contradicts the slave controller on a register (0x0220 is printed R/W), the slave controller decides. The
   finding cites it and names the difference.
 
 ## Example

@@ -96,9 +96,14 @@ constexpr NoteKind kInputsNotRefreshed{
     .name = "inputs-not-refreshed",
     .text = R"(The inputs of {slave} returned unchanged in all of these frames, and those of the other slaves were
 refreshed. So {slave} does not take part.)"};
-constexpr const NoteKind* kNotes[] = {&kLeftTheBus,    &kAllAway,      &kMoreCounted,       &kOutputsMissing,
-                                      &kInputsMissing, &kShareMissing, &kSeveralFit,        &kFitsSlaveThatLeftState,
-                                      &kOneAway,       &kOneLeft,      &kInputsNotRefreshed};
+constexpr NoteKind kOneBuffer{
+    .name = "one-buffer",
+    .text =
+        R"([{?several}These sync managers have one buffer: {managers}. Each][{!several}{managers} has one buffer. It]
+counts only if the slave has [{?inputs}filled][{!inputs}emptied] the buffer.)"};
+constexpr const NoteKind* kNotes[] = {&kLeftTheBus,    &kAllAway,      &kMoreCounted,        &kOutputsMissing,
+                                      &kInputsMissing, &kShareMissing, &kSeveralFit,         &kFitsSlaveThatLeftState,
+                                      &kOneAway,       &kOneLeft,      &kInputsNotRefreshed, &kOneBuffer};
 
 constexpr Word kFmmuWrites{"fmmu-writes", "writes to FMMUs", true};
 constexpr Word kFmmuWrite{"fmmu-write", "a frame that may have set an FMMU"};
@@ -203,6 +208,10 @@ class WkcMismatch final : public Rule {
     }
     finding.Set("logical_address", arg::Hex(e.address, 8));
     if (Value shares = SharesOf(expected, e.command); !shares.items().empty()) finding.Set("shares", std::move(shares));
+    if (all_known) {
+      AddOneBuffers(finding, expected, true);
+      AddOneBuffers(finding, expected, false);
+    }
     const FindingIndex index = Report(key, std::move(finding));
     for (Episode& episode : episodes_) {
       if (episode.key != key) continue;
@@ -599,16 +608,40 @@ class WkcMismatch final : public Rule {
 
   /// What each slave counts: "slave 1 (0x1002) 3".
   [[nodiscard]] Value SharesOf(const model::LogicalExpectation& expected, wire::Command command) const {
-    constexpr std::size_t kNamed = 6;
     std::vector<Value> shares;
     for (const model::LogicalShare& share : expected.shares) {
-      if (shares.size() == kNamed) {
-        shares.push_back(arg::Count(expected.shares.size() - kNamed, "other"));
-        break;
-      }
       shares.push_back(arg::Text(context().Label(share.slave) + " " + std::to_string(model::WorthOf(share, command))));
     }
-    return arg::List(std::move(shares));
+    return Named(std::move(shares));
+  }
+
+  /// The first of them, and the number of the others.
+  static Value Named(std::vector<Value> values) {
+    constexpr std::size_t kNamed = 6;
+    if (values.size() > kNamed) {
+      const std::size_t others = values.size() - kNamed;
+      values.resize(kNamed);
+      values.push_back(arg::Count(others, "other"));
+    }
+    return arg::List(std::move(values));
+  }
+
+  /// Why the expected working counter is a range although all slaves are in OP.
+  void AddOneBuffers(Finding& finding, const model::LogicalExpectation& expected, bool inputs) const {
+    std::vector<Value> managers;
+    for (const model::LogicalShare& share : expected.shares) {
+      if (!context().slave(share.slave).al.SettledIn(esc::AlState::OP)) continue;
+      const std::optional<std::uint8_t> mailbox = share.mailbox_only ? share.input_manager : std::nullopt;
+      const std::optional<std::uint8_t> manager = !inputs                   ? share.outputs_one_buffer
+                                                  : share.inputs_one_buffer ? share.inputs_one_buffer
+                                                                            : mailbox;
+      if (!manager) continue;
+      managers.push_back(arg::Text("SM" + std::to_string(*manager) + " of " + context().Label(share.slave)));
+    }
+    if (managers.empty()) return;
+    Arguments arguments{{"several", arg::Flag(managers.size() > 1)}, {"inputs", arg::Flag(inputs)}};
+    arguments.Set("managers", Named(std::move(managers)));
+    finding.Add(kOneBuffer, std::move(arguments));
   }
 
   /// The slave whose share is exactly what is missing, when only one is.

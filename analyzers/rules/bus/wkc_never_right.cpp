@@ -19,8 +19,8 @@ constexpr FindingKind kNoLrw{
     .title = "The slave does not support LRW, but the master exchanges data by LRW",
     .message =
         R"([From {request_frame} on, when OP was requested, the slave][{!request_frame}In {state} the slave] counts in none of
-{frames} with its process data. The master sends them by LRW. Bit 9 of the ESC features (0x0008 = {features}) shows that this slave controller does
-not support LRW.)",
+{frames} with its process data. The master sends them by LRW. Bit 9 of the ESC features (0x0008 = {features}) shows that
+this slave controller does not support LRW.)",
     .next = "Use LRD for the inputs and LWR for the outputs of this slave (\"separate input and output\", \"no LRW\").",
     .identity = ""};
 
@@ -29,7 +29,7 @@ constexpr FindingKind kNever{
     .title = "The slave never counts for its {direction}: 0 of {frames}",
     .message =
         R"([From {request_frame} on, when OP was requested, the slave][{!request_frame}In {state} the slave] counts in none of
-{frames} ({command}) that hold its {direction}: its FMMU maps them, but the working counter leaves no room for it.)",
+{frames} ({command}) that hold its {direction}. Its FMMU maps them, but the working counter does not include it.)",
     .next = "Check direction and physical address of the FMMU, and the sync manager of the {direction}.",
     .identity = "direction"};
 
@@ -53,11 +53,16 @@ The slave does not reach OP, or its watchdog takes it out of it. No single frame
 the same in all of them.
 
 ## How it is decided
-- The slave is in SAFEOP when OP is requested, an active FMMU maps its data, and the working counters of at least 20
-  datagrams from then on show that it did not count, while none shows that it did.
-- Without such a request the slave has to be in SAFEOP (inputs) or OP (inputs and outputs) for at least 20 datagrams and
-  250 ms, and none of the whole capture shows that it counted. In SAFEOP this is a warning.
-- If the ESC features (0x0008) were read and bit 9 is set, and the datagrams are LRW, this is the reason.
+The finding needs all of these:
+
+- An active FMMU maps the data of the slave.
+- OP is requested of the slave in SAFEOP. Or the slave is in SAFEOP (inputs) or OP (inputs and outputs) for at least
+  250 ms.
+- From then on, the working counters of at least 20 datagrams show that the slave did not count.
+- No working counter shows that it did. If OP was not requested, this holds for the whole capture.
+
+In SAFEOP without such a request the finding is a warning. The reason is the use of LRW if the datagrams are LRW and
+bit 9 of the ESC features (0x0008) is 1.
 
 ## Example
 tests/rules/wkc-never-right/violates.trace: LRW to a slave that does not support it.

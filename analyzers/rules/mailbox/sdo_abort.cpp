@@ -68,9 +68,9 @@ EEPROM or the ESI file.)",
     .identity = "object"};
 
 constexpr NoteKind kCountExceeds{
-    .name = "count-exceeds-entries",
+    .name = "count-exceeds-shown",
     .text =
-        R"({object:number} is to count {entries}, but the capture shows only [{shown}][{!shown}no entry] of
+        R"(The master wrote {entries:number} to {object:number}, but the capture shows [only {shown}][{!shown}no entry] of
 {list:number}.)"};
 constexpr NoteKind kIsRegister{
     .name = "register-address",
@@ -364,7 +364,7 @@ class SdoAbort final : public Rule {
     AddCount(finding, t);
   }
 
-  /// Subindex 0 of a list that is to count more entries than the capture shows.
+  /// Subindex 0 of a list, set to more entries than the capture shows.
   void AddCount(Finding& finding, const mailbox::SdoTransfer& t) const {
     const bool count = t.service == mailbox::SdoService::kDownload && t.has_object && !t.complete_access &&
                        t.subindex == 0 && t.aborted_by == mailbox::Direction::kIn && process::IsPdoObject(t.index) &&
@@ -372,7 +372,7 @@ class SdoAbort final : public Rule {
     if (!count || t.data[0] == 0) return;
     const process::PdoObject* const list = context().slave(t.slave).process.seen().Find(t.index);
     if (list == nullptr || list->since == 0) return;
-    const std::uint8_t shown = list->values.empty() ? std::uint8_t{0} : list->values.rbegin()->first;
+    const std::uint8_t shown = list->highest();
     if (shown >= t.data[0]) return;
     Arguments arguments{{"object", arg::Object(t.index, 0)},
                         {"entries", arg::Count(t.data[0], "entry")},

@@ -24,10 +24,11 @@ constexpr double kOtherRhythm = 0.1;
 /// Frames are as far apart as their intervals within this part of a cycle.
 constexpr double kInPlace = 0.125;
 
-/// Of a slave that may not need one frame in each interval: from this number on, and if it is this share.
+/// Of a slave that may not need one frame in each interval: from this number of misses on, if they are this share of the
+/// intervals, and if those without a frame and those with two differ by at most this share of the misses.
 constexpr std::uint64_t kManyMissed = 20;
 constexpr std::uint64_t kMissedOneIn = 100;
-constexpr std::uint64_t kOutOfRhythmOneIn = 10;
+constexpr std::uint64_t kUnbalancedOneIn = 4;
 
 constexpr Word kSyncSource{"sync-source", "the way in which the drive synchronises to SYNC0"};
 constexpr Word kDrift{"drift-across-sync0", "the drift of the frames across SYNC0"};
@@ -100,13 +101,13 @@ for {threshold}].)",
 
 constexpr FindingKind kIrregular{
     .name = "irregular",
-    .title = "{missed_share} of the SYNC0 intervals have no frame or two",
+    .title = "{missed_share} of the SYNC0 intervals have 0 or 2 frames instead of 1",
     .message = R"(SYNC0 comes every {cycle_us}. From {frame} to {last_frame} in OP, {empty_intervals} had no frame with
 process data, and {double_intervals} had two. That is {missed_share} of {intervals}.[ By their stamps the frames come
 {shortest_us} to {longest_us} apart: the master sends irregularly.] A slave that takes its outputs at SYNC0 repeats a set
 point or misses one each time.)",
-    .next = R"(Make the sending of the master more regular: real-time priority, driver of the network card, load of the
-computer. Let its cycle follow the DC time.)"};
+    .next = R"(Send process data at constant intervals: check real-time priority, the driver of the network card and
+the load of the computer. Let the cycle of the master follow the DC time.)"};
 constexpr const FindingKind* kKinds[] = {&kIrregular, &kEmptyInterval, &kTwoFrames, &kEmptyCycle,
                                          &kLate,      &kEarly,         &kPllOutside};
 
@@ -154,8 +155,9 @@ With SYNC0:
   transfers or from --parameter. The AKD manuals do not print these objects: they are those of the MKD, and the finding
   is inferred.
 - One interval is an error only for families that are known to synchronise this way. For any other slave a warning
-  is reported if at least 20 intervals, and one in a hundred, have no frame or two. About as many have none as two: the
-  frames are meant for each interval.
+  is reported if at least 20 intervals, and one in a hundred, have 0 or 2 frames. The numbers of both kinds differ by a
+  quarter at most: frames that are meant for each interval come late. If one kind prevails, the master has another cycle
+  or a second task.
 
 Without SYNC0:
 
@@ -400,9 +402,10 @@ class SyncWindowViolation final : public Rule {
     const Irregular& misses = irregular_[slave];
     const std::uint64_t missed = misses.empty + misses.doubled;
     const std::uint64_t intervals = outputs.phase.frames() + misses.empty;
-    // Slower or faster frames leave intervals empty, or fill them twice, but not both.
+    // Frames that come late leave one interval empty and fill another one twice. A master with another cycle, or with a
+    // second task, does mostly one of both.
     const std::uint64_t apart = std::max(misses.empty, misses.doubled) - std::min(misses.empty, misses.doubled);
-    const bool in_rhythm = apart * kOutOfRhythmOneIn <= intervals;
+    const bool in_rhythm = apart * kUnbalancedOneIn <= missed;
     if (!in_rhythm || missed < kManyMissed || missed * kMissedOneIn < intervals) {
       NotEvaluable(slave, ReasonCode::kNotInProfile, kSyncSource, misses.first.number);
       return;

@@ -335,6 +335,32 @@ TEST(IndexSequence, GoesOnWhereItWasLeftByAnotherProgram) {
   EXPECT_EQ(steps[52], 'n');
 }
 
+TEST(IndexSequence, AGapThatEndsWhereAnotherOneBeganLongBeforeIsAGap) {
+  std::vector<unsigned> numbers;
+  for (unsigned i = 0; i < 40; ++i) numbers.push_back(i);
+  for (unsigned i = 150; i < 276; ++i) numbers.push_back(i % 256);
+  for (unsigned i = 40; i < 80; ++i) numbers.push_back(i);
+  const std::string steps = Follow(PollsOf(numbers));
+  EXPECT_EQ(steps[40], 'B');
+  EXPECT_EQ(steps[166], 'B');
+}
+
+TEST(IndexSequence, TwoProgramsThatAreKnownToTakeTurnsDoSoHoweverLongOneWaits) {
+  std::vector<unsigned> numbers;
+  unsigned first = 0, other = 150;
+  const auto turn = [&](unsigned of_first) {
+    for (unsigned i = 0; i < of_first; ++i) numbers.push_back(first++);
+    numbers.push_back(other++);
+  };
+  turn(40);
+  turn(10);
+  turn(10);
+  turn(40);
+  turn(40);
+  const std::string steps = Follow(PollsOf(numbers));
+  EXPECT_EQ(std::count(steps.begin(), steps.end(), 'B'), 1) << steps;
+}
+
 TEST(IndexSequence, SaysHowManyFramesAreMissingAtLeast) {
   std::vector<unsigned> numbers;
   for (unsigned i = 0; i < 40; ++i) numbers.push_back(i);

@@ -51,7 +51,8 @@ class PairingLog final : public BusSink {
   }
   void OnRepeated(const RepeatedFrame& r) override {
     repeats.push_back(std::to_string(r.before.number) + "+" + std::to_string(r.returned.number) +
-                      (r.answered() ? " again " : " late after ") + std::to_string(r.again.number));
+                      (r.answered() ? " again " : " late after ") + std::to_string(r.again.number) +
+                      (r.may_miss_round_of > 0 ? " or gap" : "") + (r.brought_news ? " news" : ""));
   }
   void OnUnusable(const wire::FrameView& frame, Unusable reason, bool own_master) override {
     words.push_back((own_master ? "" : "foreign ") +

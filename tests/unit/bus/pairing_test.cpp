@@ -928,8 +928,36 @@ TEST(PairingGap, IndicesThatSkipWithoutTimeForTheFramesBetweenAreNoGap) {
   // 60 frames take at least 0.4 ms.
   const std::string skip = "FPRD 0x1001:0x0130 08 00 idx=100\n" + Numbered(30, 101, 256);
   EXPECT_THAT(PairUp(Numbered(40, 0, 256) + "+60us " + skip).log.gaps, IsEmpty());
-  EXPECT_EQ(PairUp(Numbered(40, 0, 256) + "+60us " + skip).statistics.skips, 1U);
+  EXPECT_EQ(PairUp(Numbered(40, 0, 256) + "+60us " + skip).statistics.gaps, 0U);
   EXPECT_THAT(PairUp(Numbered(40, 0, 256) + "+60ms " + skip).log.gaps, ElementsAre("hole 81+82"));
+}
+
+TEST(PairingGap, WhereEachDatagramHasANumberFewerFramesAreMissing) {
+  // 5 frames of 10 datagrams fit into 700 us, 50 frames do not at the rate of this master.
+  const auto frames = [](int first, int count) {
+    std::string lines;
+    for (int i = 0; i < count; ++i) {
+      lines += "+100us";
+      for (int d = 0; d < 10; ++d) {
+        lines += d == 0 ? " " : " & ";
+        lines += "FPRD 0x1001:0x0130 08 00 idx=" + std::to_string((first + 10 * i + d) % 256);
+      }
+      lines += "\n";
+    }
+    return lines;
+  };
+  const auto poll = [](int index) { return "FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(index % 256) + "\n"; };
+  const Paired result = PairUp(frames(0, 80) + "+100us " + poll(800) + "+600us " + frames(851, 80).substr(7));
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole 163+164"));
+}
+
+TEST(PairingGap, StampsThatFramesShareDoNotShowThatThereWasNoTime) {
+  std::string before = "@rtt 30us\n@resolution 400us\n", after;
+  for (int i = 0; i < 100; ++i) before += "+53us FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(i) + "\n";
+  for (int i = 113; i < 200; ++i) after += "FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(i) + "\n+53us ";
+  after += "FPRD 0x1001:0x0130 08 00 idx=200\n";
+  const Paired result = PairUp(before + "+690us " + after);
+  EXPECT_THAT(result.log.gaps, ElementsAre("hole 201+202"));
 }
 
 TEST(PairingGap, IndicesThatSkipWhileAFrameIsInFlightAreAGapHoweverSoon) {
@@ -945,6 +973,34 @@ TEST(PairingRepeated, AnAnsweredFrameThatIsSentAgainIsNoGap) {
   EXPECT_THAT(result.log.gaps, IsEmpty());
   EXPECT_THAT(result.log.repeats, ElementsAre("81+82 again 83", "83+84 again 85"));
   EXPECT_EQ(result.statistics.paired, result.statistics.outbound);
+}
+
+TEST(PairingRepeated, AWholeRoundOfIndicesMayBeMissing) {
+  // 15 of 16 frames, 255 of 256, one of two with an index of its own each.
+  const std::string poll = " FPRD 0x1001:0x0130 08 00 idx=";
+  for (const auto& [round, apart] : {std::pair{16, "16ms"}, std::pair{16, "32ms"}, std::pair{2, "2ms"}}) {
+    const Paired result =
+        PairUp(Numbered(48, 0, round) + "+" + apart + poll + std::to_string(round - 1) + "\n" + Numbered(60, 0, round));
+    EXPECT_THAT(result.log.repeats, ElementsAre("95+96 again 97 or gap")) << round << " " << apart;
+    EXPECT_THAT(result.log.gaps, ElementsAre("silence 97+98")) << round << " " << apart;
+  }
+  EXPECT_THAT(PairUp(Numbered(300, 0, 256) + "+64ms" + poll + "43\n" + Numbered(60, 44, 256)).log.repeats,
+              ElementsAre("599+600 again 601"))
+      << "255 frames do not fit at the rate of this master";
+}
+
+TEST(PairingRepeated, WhatNoSlaveAnsweredMayBeTriedAgain) {
+  const std::string again = "FPRD 0x1001:0x0130 08 00 idx=8 wkc=0\n";
+  const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms " + again + "+2ms " + again + Numbered(60, 9, 16));
+  EXPECT_THAT(result.log.repeats, IsEmpty());
+  EXPECT_THAT(result.log.gaps, IsEmpty());
+}
+
+TEST(PairingRepeated, APollThatKeepsItsIndexBringsNewsInTheEnd) {
+  const Paired result =
+      PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x080D 00 idx=8\n+1ms FPRD 0x1001:0x080D 00 idx=8\n" +
+             "+1ms FPRD 0x1001:0x080D 08 idx=8\n" + Numbered(60, 9, 16));
+  EXPECT_THAT(result.log.repeats, ElementsAre("81+82 again 83", "83+84 again 85 news"));
 }
 
 TEST(PairingRepeated, EqualFramesWithoutNumberAreNotSentAgain) {

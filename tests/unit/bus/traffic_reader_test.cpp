@@ -95,6 +95,21 @@ TEST(TrafficReader, TellsWhatPairingTellsInTheSameOrder) {
   ExpectSame(received.statistics, expected.statistics);
 }
 
+TEST(TrafficReader, ALengthThatIsWrongOnTheWayBackOnlyIsDamage) {
+  Trace trace;
+  for (int n = 0; n < 200; ++n) trace.At(n * 1000).Fprd(0x1001, 0x0130, {8, 0});
+  std::vector<Packet> packets = trace.Packets();
+  const auto damage = [&](std::size_t i) { packets.at(i).bytes.at(15) ^= 0x04; };
+  damage(121);  // a returned copy
+  MemorySource damaged(packets);
+  EXPECT_THAT(Listen(damaged).log.Only("malformed"), testing::ElementsAre("malformed 122"));
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    if (i != 121) damage(i);
+  }
+  MemorySource wrong(packets);
+  EXPECT_THAT(Listen(wrong).log.Only("malformed"), testing::IsEmpty()) << "slaves answer all of them";
+}
+
 /// Compares what is handed over with the bytes of the packets.
 class Comparing final : public BusSink {
  public:

@@ -144,9 +144,10 @@ TEST(Digest, Headlines) {
             "PASS akd.pcapng: no findings in 6,759 EtherCAT frames of 1 slave, but the capture misses packets");
   capture.not_judged.clear();
   capture.limited = "slave 0: neither its AL state nor its process data are known";
-  EXPECT_EQ(Headline(capture),
-            "LIMITED akd.pcapng: no findings in 6,759 EtherCAT frames of 1 slave; not evaluated: slave 0: neither its AL "
-            "state nor its process data are known");
+  EXPECT_EQ(
+      Headline(capture),
+      "LIMITED akd.pcapng: no findings in 6,759 EtherCAT frames of 1 slave; not evaluated: slave 0: neither its AL "
+      "state nor its process data are known");
   capture.limited.clear();
   capture.unmet = {"slaves=2: the capture shows 1 slave", "judged: no"};
   EXPECT_EQ(Headline(capture),

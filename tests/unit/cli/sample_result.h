@@ -5,8 +5,8 @@
 #include <string_view>
 
 #include "cli/report/report.h"
-#include "tests/support/reasons.h"
 #include "tests/support/findings.h"
+#include "tests/support/reasons.h"
 
 namespace ecaudit::test {
 

@@ -12,6 +12,7 @@ TEST(AlText, StatesOfAllSlavesAreListed) {
   EXPECT_EQ(StatesOfAllText(0x1C), "SAFEOP and OP, and the error bit");
   EXPECT_EQ(StatesOfAllText(0x0E), "PREOP, SAFEOP and OP");
   EXPECT_EQ(StatesOfAllText(0x03), "BOOT, or INIT and PREOP");
+  EXPECT_EQ(StatesOfAllText(0x13), "BOOT, or INIT and PREOP, and the error bit");
   EXPECT_EQ(StatesOfAllText(0x00), "state 0");
 }
 

@@ -23,9 +23,10 @@ struct Way {
   TimeNs jitter;  ///< each frame is up to so much late
   TimeNs drift;   ///< each cycle is so much longer
 };
-constexpr std::array kWays{Way{0, 0},       Way{600, 0},       Way{5'000, 37},    Way{0, -700},         Way{5'000, 9'000},
-                           Way{240'000, 0}, Way{600'000, 0},   Way{0, 100'000},   Way{900'000, 40'000}, Way{100'000, -90},
-                           Way{0, 499'000}, Way{0, 1'000'000}, Way{1'500'000, 0}, Way{0, -400'000}};
+constexpr std::array kWays{
+    Way{0, 0},       Way{600, 0},       Way{5'000, 37},    Way{0, -700},         Way{5'000, 9'000},
+    Way{240'000, 0}, Way{600'000, 0},   Way{0, 100'000},   Way{900'000, 40'000}, Way{100'000, -90},
+    Way{0, 499'000}, Way{0, 1'000'000}, Way{1'500'000, 0}, Way{0, -400'000}};
 
 /// When frames are sent: by `way`, with a pause, a burst or a lost frame here and there.
 class Sender {

@@ -16,6 +16,13 @@ void ExpectProblem(const Bytes& packet, FrameProblem problem, std::size_t readab
   EXPECT_EQ(view.size(), readable);
 }
 
+/// A packet whose EtherCAT length is `by` bytes too long.
+Bytes TooLong(const Bytes& datagrams, std::size_t by) {
+  Bytes payload = Header(datagrams.size() + by);
+  Append(payload, datagrams);
+  return Plain(payload);
+}
+
 TEST(FrameProblem, NoHeader) {
   const Bytes none = Plain({});
   ExpectProblem(none, FrameProblem::kNoHeader, 0);
@@ -24,17 +31,11 @@ TEST(FrameProblem, NoHeader) {
 }
 
 TEST(FrameProblem, LengthBeyondFrame) {
-  const Bytes one = Datagrams({{.index = 1}});
-  Bytes payload = Header(one.size() + 1);
-  Append(payload, one);
-  ExpectProblem(Plain(payload), FrameProblem::kLengthBeyondFrame, 1);
+  ExpectProblem(TooLong(Datagrams({{.index = 1}}), 1), FrameProblem::kLengthBeyondFrame, 1);
 }
 
 TEST(FrameProblem, AFrameThatIsWholeButForItsLengthCanBeAccepted) {
-  const Bytes one = Datagrams({{.index = 1}});
-  Bytes payload = Header(one.size() + 16);
-  Append(payload, one);
-  const Bytes packet = Plain(payload);
+  const Bytes packet = TooLong(Datagrams({{.index = 1}}), 16);
   FrameView view = Parse(packet);
   EXPECT_TRUE(view.IsWholeButForLength());
   view.AcceptLength();
@@ -45,10 +46,7 @@ TEST(FrameProblem, AFrameThatIsWholeButForItsLengthCanBeAccepted) {
 
 TEST(FrameProblem, AFrameWithMoreThanAWrongLengthCannotBeAccepted) {
   for (const DatagramBytes& last : {DatagramBytes{.index = 1, .flags = 0x8000}, DatagramBytes{.command = 77}}) {
-    const Bytes one = last.Encode();
-    Bytes payload = Header(one.size() + 16);
-    Append(payload, one);
-    const Bytes packet = Plain(payload);
+    const Bytes packet = TooLong(last.Encode(), 16);
     FrameView view = Parse(packet);
     EXPECT_FALSE(view.IsWholeButForLength());
     view.AcceptLength();

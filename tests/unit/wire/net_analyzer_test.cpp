@@ -59,6 +59,7 @@ TEST(NetAnalyzer, EventOfAnInputIsNoFrame) {
   const Bytes packet = Recorded(1, 0, {}, 1U << 8U);
   const FrameView view = Parse(packet, kLink);
   EXPECT_EQ(view.kind(), FrameKind::kOther);
+  EXPECT_FALSE(view.cut_before_type()) << "it misses nothing";
   EXPECT_FALSE(view.esl().present);
 }
 

@@ -1,7 +1,8 @@
-/// in: reads of DL status and of the receive times of one slave.  out: the port at which frames enter it.
+/// in: accesses to DL status and the receive times of one slave.  out: the port at which frames enter it.
 ///
 /// A frame that the master sends has to enter at port 0: it is processed there, and goes on at ports 3, 1 and 2. With
-/// the cable in another socket, the slave processes the frame only when it comes back from the slaves at port 0.
+/// the cable in another socket, the slave processes the frame only when it returns from the slaves at port 0.
+/// Source: ESC-1, frame processing order; ESC-2, DL status (0x0110), receive times (0x0900).
 #pragma once
 
 #include <array>
@@ -20,20 +21,21 @@ namespace ecaudit::model {
   return (bits & 2U) != 0 && (bits & 1U) == 0;
 }
 
-class PortUse {
+class EntryPort {
  public:
   static constexpr std::size_t kPorts = 4;
+  /// Cables and slaves take microseconds. What is longer is an old stamp of a port at which the frame did not come.
+  static constexpr std::int64_t kLongestWayNs = 1'000'000;
 
   /// Evidence that frames enter at another port than 0.
-  struct Entry {
+  struct Evidence {
     std::uint8_t port = 0;
     FrameRef status;                       ///< read of DL status
     FrameRef times;                        ///< read of the receive times; not seen: port 0 has no link
     std::optional<std::int64_t> ahead_ns;  ///< how much earlier than at port 0 the frame came
   };
 
-  void OnWrite(const track::SlaveAccess& access);
-  void OnRead(const track::SlaveAccess& access);
+  void On(const track::SlaveAccess& access);
   /// After a capture gap the bus may be wired in another way.
   void Forget() { *this = {}; }
 
@@ -41,9 +43,10 @@ class PortUse {
   [[nodiscard]] const std::optional<std::uint16_t>& status() const { return status_; }
   [[nodiscard]] const FrameRef& status_frame() const { return status_frame_; }
   [[nodiscard]] unsigned open_ports() const { return open_; }
-  /// Receive times of ports 0 and 1 to 3 of one frame were read, and both ports are open.
+  /// Receive times of port 0 and another port were read that are of one frame, and both ports are open.
   [[nodiscard]] bool compared() const;
-  [[nodiscard]] std::optional<Entry> entry() const;
+  /// @return that frames enter at another port than 0; nothing: no evidence of it, or the reads do not show the port
+  [[nodiscard]] std::optional<Evidence> evidence() const;
 
  private:
   struct Time {
@@ -51,7 +54,9 @@ class PortUse {
     std::uint64_t latch = 0;
     FrameRef frame;
   };
-  /// How much later than at port 0 the frame came at `port`; nothing if they are not of one frame.
+  void OnRead(const track::SlaveAccess& access);
+  /// @return ns from the frame at port 0 to the same frame at `port`, negative if `port` was first; nothing: the stamps
+  ///         are not of one frame, or no frame passes at one of the ports
   [[nodiscard]] std::optional<std::int64_t> After(std::size_t port) const;
 
   std::optional<std::uint16_t> status_;

@@ -1,4 +1,4 @@
-#include "analyzers/model/port_use.h"
+#include "analyzers/model/entry_port.h"
 
 #include "decoder/base/bytes.h"
 #include "decoder/base/wrapping.h"
@@ -8,17 +8,22 @@ namespace ecaudit::model {
 namespace {
 
 constexpr unsigned kLinkAtPort0 = 0x10;
-/// Cables and slaves take microseconds. What is longer is an old stamp of a port at which the frame did not come.
-constexpr std::int64_t kLongestWay = 1'000'000;
+constexpr MemoryRange kDlStatus = MemoryRange::Of(esc::kDlStatus, 2);
+constexpr MemoryRange kReceiveTimes = MemoryRange::Of(esc::kReceiveTimes, esc::kReceiveTimesBytes);
 
 }  // namespace
 
-void PortUse::OnWrite(const track::SlaveAccess& access) {
-  if (access.acceptance == track::Acceptance::kRefused || access.written.empty()) return;
-  if (track::CoversByte(access.address, access.written.size(), esc::kReceiveTimes)) ++latches_;
+void EntryPort::On(const track::SlaveAccess& access) {
+  const MemoryRange range = access.range();
+  if (!range.Meets(kDlStatus) && !range.Meets(kReceiveTimes)) return;
+  if (access.acceptance != track::Acceptance::kRefused && !access.written.empty() &&
+      track::CoversByte(access.address, access.written.size(), esc::kReceiveTimes)) {
+    ++latches_;
+  }
+  OnRead(access);
 }
 
-void PortUse::OnRead(const track::SlaveAccess& access) {
+void EntryPort::OnRead(const track::SlaveAccess& access) {
   if (access.broadcast || access.read.empty()) return;
   for (std::size_t port = 0; port < kPorts; ++port) {
     const ByteSpan time = access.Covered(access.read, static_cast<EscAddress>(esc::kReceiveTimes + 4 * port), 4);
@@ -35,7 +40,7 @@ void PortUse::OnRead(const track::SlaveAccess& access) {
   open_ = open;
 }
 
-std::optional<std::int64_t> PortUse::After(std::size_t port) const {
+std::optional<std::int64_t> EntryPort::After(std::size_t port) const {
   const auto& first = times_[0];
   const auto& other = times_[port];
   if (!status_ || !first || !other || !FramesPass(*status_, 0) || !FramesPass(*status_, port)) return std::nullopt;
@@ -43,32 +48,32 @@ std::optional<std::int64_t> PortUse::After(std::size_t port) const {
       first->latch == other->latch && (first->latch != 0 || first->frame.number == other->frame.number);
   if (!one_latch) return std::nullopt;
   const std::int64_t after = static_cast<std::int32_t>(WrappingDifference(other->ns, first->ns));
-  if (after == 0 || after < -kLongestWay || after > kLongestWay) return std::nullopt;
+  if (after == 0 || after < -kLongestWayNs || after > kLongestWayNs) return std::nullopt;
   return after;
 }
 
-bool PortUse::compared() const {
+bool EntryPort::compared() const {
   for (std::size_t port = 1; port < kPorts; ++port) {
     if (After(port)) return true;
   }
   return false;
 }
 
-std::optional<PortUse::Entry> PortUse::entry() const {
+std::optional<EntryPort::Evidence> EntryPort::evidence() const {
   if (!status_) return std::nullopt;
-  std::optional<Entry> entry;
+  std::optional<Evidence> evidence;
   std::int64_t earliest = 0;
   for (std::size_t port = 1; port < kPorts; ++port) {
     const std::optional<std::int64_t> after = After(port);
     if (!after || *after >= earliest) continue;
     earliest = *after;
-    entry = Entry{static_cast<std::uint8_t>(port), status_frame_, times_[port]->frame, -*after};
+    evidence = Evidence{static_cast<std::uint8_t>(port), status_frame_, times_[port]->frame, -*after};
   }
-  if (entry || (*status_ & kLinkAtPort0) != 0 || FramesPass(*status_, 0) || open_ != 1) return entry;
+  if (evidence || (*status_ & kLinkAtPort0) != 0 || FramesPass(*status_, 0) || open_ != 1) return evidence;
   for (std::size_t port = 1; port < kPorts; ++port) {
-    if (FramesPass(*status_, port)) entry = Entry{static_cast<std::uint8_t>(port), status_frame_, {}, {}};
+    if (FramesPass(*status_, port)) evidence = Evidence{static_cast<std::uint8_t>(port), status_frame_, {}, {}};
   }
-  return entry;
+  return evidence;
 }
 
 }  // namespace ecaudit::model
