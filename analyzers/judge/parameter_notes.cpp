@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "analyzers/judge/shared_notes.h"
 #include "analyzers/model/slave_model.h"
@@ -34,6 +37,30 @@ bool Holds(const device::FieldbusParameter& row, std::uint64_t value) {
   return row.value && found == static_cast<std::uint64_t>(*row.value);
 }
 
+bool Names(const std::vector<std::string>& rules, const Finding& finding) {
+  return std::find(rules.begin(), rules.end(), finding.rule) != rules.end();
+}
+
+/// The finding, or one of its notes, is about this word of the EEPROM.
+bool IsAbout(const Finding& finding, std::uint16_t word) {
+  const auto has = [word](const Arguments& arguments, std::string_view name) {
+    const Value* value = arguments.Find(name);
+    return value != nullptr && value->number == word;
+  };
+  return has(finding.arguments, "word") ||
+         std::any_of(finding.notes.begin(), finding.notes.end(),
+                     [&](const Note& note) { return has(note.arguments, "address"); });
+}
+
+void AddEepromFacts(const device::DeviceDescription& family, Finding& finding) {
+  for (const device::EepromFact& row : family.eeprom) {
+    if (!row.word || !Names(row.rules, finding) || !IsAbout(finding, *row.word)) continue;
+    Arguments arguments{{"source", arg::Text(row.source)}, {"fact", arg::Text(row.fact)}};
+    if (!row.note.empty()) arguments.Set("note", arg::Text(row.note));
+    finding.Add(kManualStates, std::move(arguments));
+  }
+}
+
 }  // namespace
 
 void AddParameterNotes(const RuleContext& context, FindingStore& store) {
@@ -41,8 +68,9 @@ void AddParameterNotes(const RuleContext& context, FindingStore& store) {
     if (finding.slave == kNoSlave) continue;
     const model::SlaveModel& slave = context.slave(finding.slave);
     if (slave.profile == nullptr) continue;
+    AddEepromFacts(*slave.profile, finding);
     for (const device::FieldbusParameter& row : slave.profile->fieldbus_parameters) {
-      if (std::find(row.rules.begin(), row.rules.end(), finding.rule) == row.rules.end()) continue;
+      if (!Names(row.rules, finding)) continue;
       const std::optional<Setting> setting = SettingOf(slave, row.parameter);
       if (!setting || !Holds(row, setting->value)) continue;
       Arguments arguments{

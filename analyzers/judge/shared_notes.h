@@ -28,10 +28,12 @@ inline constexpr NoteKind kUnusedMayExplain{"unused-pdo-may-explain",
 /// What a setting of the drive means for the finding.
 inline constexpr NoteKind kParameterSays{"parameter-says",
                                          "{parameter}[ ({object})] is {value}[ since {since}], {bit}: {meaning}."};
+/// What the manual of the family states about what the finding is about.
+inline constexpr NoteKind kManualStates{"manual-states", "By the manual ({source}): {fact}[ ({note})]."};
 
 /// All of them, for documentation and tests.
 inline constexpr const NoteKind* kSharedNotes[] = {
-    &kMissingPacketsMayExplain, &kWorkingCounterMissing, &kStateReached, &kOddMappingMayExplain,
-    &kObjectTwiceMayExplain,    &kUnusedMayExplain,      &kParameterSays};
+    &kMissingPacketsMayExplain, &kWorkingCounterMissing, &kStateReached,  &kOddMappingMayExplain,
+    &kObjectTwiceMayExplain,    &kUnusedMayExplain,      &kParameterSays, &kManualStates};
 
 }  // namespace ecaudit

@@ -32,7 +32,9 @@ struct EepromFact {
   std::string kind;  ///< "category", "identity", "event", ...
   std::string key;
   std::optional<std::uint16_t> category;  ///< its number, for a category
+  std::optional<std::uint16_t> word;      ///< of the EEPROM, that it is about
   std::string fact;
+  std::vector<std::string> rules;  ///< rules whose findings about that word it explains
   std::string note;
   std::string source;
 };

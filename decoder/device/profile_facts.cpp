@@ -32,7 +32,9 @@ void Read(const Cursor& cursor, EepromFact& out) {
   object.Require("kind", out.kind);
   object.Allow("key", out.key);
   object.Allow("category", out.category);
+  object.Allow("word", out.word);
   object.Require("fact", out.fact);
+  object.Allow("rules", out.rules);
   FinishRow(object, cursor, out.note, out.source);
 }
 
