@@ -211,6 +211,11 @@ Presence OfMailbox(const MailboxSummary& mailbox, bool coe, const AnalysisResult
   return coe && AnswersUnknown(mailbox, result) ? Unseen(ReasonCode::kNotInCapture, what::kMailboxAnswers) : Presence{};
 }
 
+Presence OfEoe(const MailboxSummary& mailbox) {
+  if (mailbox.requests + mailbox.responses == 0) return Absent(NotApplicable::kMailboxUnused);
+  return Speaks(mailbox, "EoE") ? Presence{} : Absent(NotApplicable::kNoEoe);
+}
+
 Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContext& context,
                     const AnalysisResult& result) {
   const model::SlaveModel& model = context.slave(slave.id);
@@ -228,6 +233,8 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
       return OfMailbox(slave.mailbox, false, result);
     case Subject::kCoe:
       return OfMailbox(slave.mailbox, true, result);
+    case Subject::kEoe:
+      return OfEoe(slave.mailbox);
     case Subject::kMapping:
       return OfMapping(slave, context, result);
     case Subject::kMappingWrites:
@@ -265,6 +272,7 @@ bool MayBeUnseen(NotApplicable why) {
     case NotApplicable::kNoRequest:
     case NotApplicable::kMailboxUnused:
     case NotApplicable::kNoCoe:
+    case NotApplicable::kNoEoe:
     case NotApplicable::kMappingUntouched:
     case NotApplicable::kNoProcessData:
     case NotApplicable::kNoCycle:

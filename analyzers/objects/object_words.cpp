@@ -95,6 +95,21 @@ std::string NumberWords(const DeviceDescription& family, const device::FaultObje
   return id;
 }
 
+bool HasWords(const DeviceDescription& family, std::uint16_t index, std::uint8_t subindex) {
+  if (family.number_object(index, subindex) != nullptr) return true;
+  if (std::any_of(family.object_bits.begin(), family.object_bits.end(),
+                  [&](const device::ObjectBits& row) { return row.index == index && row.subindex == subindex; })) {
+    return true;
+  }
+  const auto& latch = family.latch;
+  if (latch && subindex == 0 && (index == latch->control_object || index == latch->status_object)) return true;
+  if (family.drive && subindex == 0 && (index == kMode || index == kModeShown)) return true;
+  const device::DictionaryObject* row = family.dictionary ? family.dictionary->Find(index, subindex) : nullptr;
+  return row != nullptr && !row->keyword.empty() &&
+         std::any_of(family.fieldbus_parameters.begin(), family.fieldbus_parameters.end(),
+                     [row](const device::FieldbusParameter& parameter) { return parameter.parameter == row->keyword; });
+}
+
 std::string WordsOf(const DeviceDescription& family, std::uint16_t index, std::uint8_t subindex, std::uint64_t raw) {
   if (const device::FaultObject* object = family.number_object(index, subindex)) {
     return raw == 0 ? std::string() : NumberWords(family, *object, raw);

@@ -14,6 +14,9 @@ namespace ecaudit::events {
 [[nodiscard]] std::string WordsOf(const device::DeviceDescription& family, std::uint16_t index, std::uint8_t subindex,
                                   std::uint64_t raw);
 
+/// The manual describes meanings of values of this object, so that WordsOf() may have words.
+[[nodiscard]] bool HasWords(const device::DeviceDescription& family, std::uint16_t index, std::uint8_t subindex);
+
 /// The rows of a fieldbus parameter that a value makes true: one for each bit that the manual describes.
 [[nodiscard]] std::vector<const device::FieldbusParameter*> ParameterRows(const device::DeviceDescription& family,
                                                                           std::string_view keyword, std::uint64_t raw);

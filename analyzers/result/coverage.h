@@ -27,6 +27,7 @@ enum class NotApplicable : std::uint8_t {
   kInInit,
   kMailboxUnused,
   kNoCoe,
+  kNoEoe,
   kMappingUntouched,
   kNoProcessData,
   kNoCycle,
@@ -55,6 +56,8 @@ enum class NotApplicable : std::uint8_t {
       return "the mailbox is not used";
     case NotApplicable::kNoCoe:
       return "the mailbox is not used for CoE";
+    case NotApplicable::kNoEoe:
+      return "the mailbox is not used for EoE";
     case NotApplicable::kMappingUntouched:
       return "no PDO assignment or mapping is written or read";
     case NotApplicable::kNoProcessData:

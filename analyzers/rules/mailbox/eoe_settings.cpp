@@ -34,7 +34,7 @@ constexpr RuleInfo kInfo{.id = "eoe-settings",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
                          .needs_no_history = true,
-                         .subject = Subject::kMailbox,
+                         .subject = Subject::kEoe,
                          .title = "The IP settings for EoE are refused or incomplete",
                          .needs = "EoE messages that set the IP address, and their answers",
                          .source = "ETG1000.6, EoE; MKD, 3.5.2",
@@ -49,7 +49,8 @@ nothing else shows the mistake.
 
 ## How it is decided
 - A result other than 0 is a warning.
-- A message without the IP address or the subnet mask is an info: the slave may have the missing one already.
+- A message without the IP address or the subnet mask is an info: the slave may have the missing one already. A message
+  that sets nothing, or ends before its fields, is ignored.
 
 ## Example
 tests/rules/eoe-settings/violates.trace
@@ -70,6 +71,13 @@ class EoeSettings final : public Rule {
   void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
+  /// It announces an address that its data do not reach.
+  static bool IsCut(const mailbox::EoeIpParameters& ip) {
+    constexpr std::uint32_t kHasIp = 1U << 1U;
+    constexpr std::uint32_t kHasMask = 1U << 2U;
+    return ((ip.flags & kHasIp) != 0 && !ip.ip) || ((ip.flags & kHasMask) != 0 && !ip.subnet_mask);
+  }
+
   void Refused(const mailbox::EoeControl& e) {
     const std::uint64_t key = std::uint64_t{1} << 32U | *e.result;
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
@@ -86,7 +94,7 @@ class EoeSettings final : public Rule {
   }
 
   void Requested(const mailbox::EoeControl& e) {
-    if (e.ip.ip && e.ip.subnet_mask) return;
+    if (e.ip.flags == 0 || IsCut(e.ip) || (e.ip.ip && e.ip.subnet_mask)) return;
     const Word& missing = e.ip.ip ? kMask : e.ip.subnet_mask ? kAddress : kBoth;
     const std::uint64_t key = e.ip.flags;
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
