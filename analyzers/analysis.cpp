@@ -11,6 +11,7 @@
 
 #include "analyzers/collect/collectors.h"
 #include "analyzers/collect/summary.h"
+#include "analyzers/collect/topology.h"
 #include "analyzers/compare/comparison.h"
 #include "analyzers/judge/capture_advice.h"
 #include "analyzers/judge/common_causes.h"
@@ -100,6 +101,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   }
   store.FoldNotEvaluable(slaves);
   result.findings = std::move(store.findings());
+  TakeEntryPorts(result);
   JoinSlaves(
       result.findings, [&](SlaveId slave) { return context.Label(slave); },
       [&](SlaveId slave) {

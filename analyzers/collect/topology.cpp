@@ -85,8 +85,6 @@ void AddDelays(const AnalysisResult& result, TopologySummary& topology) {
 
 Topology::Topology(const model::BusModel& model, EventBus& bus) : model_(model) {
   bus.Listen<track::SlaveAccess>(Stage::kAfterModel, *this, &Topology::On, MemoryRange::Of(0, kCountersEnd));
-  bus.Listen<track::SlaveAccess>(Stage::kAfterModel, *this, &Topology::OnReceiveTimes,
-                                 MemoryRange::Of(esc::kReceiveTimes, esc::kReceiveTimesBytes));
   bus.ListenTo<track::CaptureGap>(Stage::kAfterModel, *this);
 }
 
@@ -101,10 +99,6 @@ void Topology::On(const track::SlaveAccess& access) {
   if (access.address + access.length() > kCounters) OnCounters(Get(access.slave), access);
 }
 
-void Topology::TakeEntryPort(SlaveId slave) {
-  if (const auto evidence = model_.slave(slave).entry_port.evidence()) Get(slave).node.entry_port = evidence->port;
-}
-
 void Topology::On(const track::CaptureGap& gap) {
   if (!gap.certain) return;
   for (Slave& slave : slaves_) {
@@ -116,7 +110,6 @@ void Topology::On(const track::CaptureGap& gap) {
 void Topology::OnDlStatus(const track::SlaveAccess& access) {
   const ByteSpan low = access.Covered(access.read, esc::kDlStatus, 1);
   if (low.empty()) return;
-  TakeEntryPort(access.slave);
   Slave& slave = Get(access.slave);
   TopologyNode& node = slave.node;
   ++node.dl_status_reads;
@@ -197,6 +190,16 @@ void Topology::Summarise(AnalysisResult& result) {
   }
   BuildTree(topology);
   AddDelays(result, topology);
+}
+
+void TakeEntryPorts(AnalysisResult& result) {
+  for (const Finding& finding : result.findings) {
+    const Value* port = finding.rule == "bus-port-order" ? finding.arguments.Find("port") : nullptr;
+    if (port == nullptr) continue;
+    for (TopologyNode& node : result.bus.topology.nodes) {
+      if (node.slave == finding.slave) node.entry_port = static_cast<std::uint8_t>(port->number);
+    }
+  }
 }
 
 void BuildTree(TopologySummary& topology) {

@@ -28,7 +28,6 @@ class Topology final : public Collector {
   Topology(const model::BusModel& model, EventBus& bus);
 
   void On(const track::SlaveAccess& access);
-  void OnReceiveTimes(const track::SlaveAccess& access) { TakeEntryPort(access.slave); }
   /// After a capture gap there may be another capture.
   void On(const track::CaptureGap& gap);
   void Summarise(AnalysisResult& result) override;
@@ -47,12 +46,14 @@ class Topology final : public Collector {
 
   Slave& Get(SlaveId slave);
   void OnDlStatus(const track::SlaveAccess& access);
-  void TakeEntryPort(SlaveId slave);
   static void OnCounters(Slave& slave, const track::SlaveAccess& access);
 
   const model::BusModel& model_;
   std::deque<Slave> slaves_;
 };
+
+/// Gives each node the port at which its frames enter, where a finding states it. Call it when all findings are there.
+void TakeEntryPorts(AnalysisResult& result);
 
 /// Finds what is above each node of `topology`, from their ports alone.
 void BuildTree(TopologySummary& topology);

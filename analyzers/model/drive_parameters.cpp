@@ -23,11 +23,11 @@ std::optional<TimeNs> InterpolationTime(const SlaveModel& slave) {
   constexpr std::uint16_t kInterpolationTime = 0x60C2;
   const ObjectValue* units = slave.objects.Find(kInterpolationTime, 1);
   const ObjectValue* index = slave.objects.Find(kInterpolationTime, 2);
-  if (units == nullptr || index == nullptr || !units->written || !index->written || units->raw == 0) {
+  if (units == nullptr || index == nullptr || (!units->written && !index->written) || units->raw == 0) {
     return std::nullopt;
   }
   const std::int64_t power = index->as_signed();
-  if (power < -9 || power > 0 || units->raw > 255) return std::nullopt;
+  if (power < -9 || power > -1 || units->raw > 255) return std::nullopt;
   TimeNs unit = 1'000'000'000;
   for (std::int64_t i = power; i < 0; ++i) unit /= 10;
   return static_cast<TimeNs>(units->raw) * unit;

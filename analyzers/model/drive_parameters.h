@@ -25,7 +25,7 @@ struct ParameterValue {
                                                     const std::optional<device::DriveParameter>& parameter);
 
 /// The cycle that object 60C2h states, ns: units times ten to the power of the index seconds. Nothing unless the master
-/// wrote both parts and they make sense.
+/// wrote at least one part and wrote or read the other one, and they make a time below 1 s to the power of ten.
 [[nodiscard]] std::optional<TimeNs> InterpolationTime(const SlaveModel& slave);
 
 }  // namespace ecaudit::model

@@ -46,7 +46,8 @@ struct Signal {
   bool type_standard = false;  ///< by a standard or a relative: neither the slave nor its description gives the type
   std::string variable;        ///< what the master's configuration (ENI) calls it; empty: nothing. Untrusted text
   std::string unit;            ///< empty: none, or unknown
-  std::string scale;           ///< "1000:1"; empty: plain number
+  std::string scale;           ///< in the process data: "1000:1"; empty: plain number
+  bool scaled_by_sdo = false;  ///< a value by SDO has another scale than 1:1, and may be another number
 
   [[nodiscard]] bool gap() const { return index == 0; }
 };

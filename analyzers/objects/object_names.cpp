@@ -54,8 +54,8 @@ void Take(const Rows& rows, std::uint8_t subindex, NameSource source, ObjectInfo
   info.type_source = source;
   info.unit = rows.entry->unit;
   info.scale = rows.entry->scale;
-  info.pdo_unit = rows.entry->pdo_unit.empty() ? info.unit : rows.entry->pdo_unit;
-  info.pdo_scale = rows.entry->pdo_scale.empty() ? info.scale : rows.entry->pdo_scale;
+  info.pdo_unit = rows.entry->pdo_unit;
+  info.pdo_scale = rows.entry->pdo_scale;
 }
 
 /// What the manual's list of cyclic objects states, where there is no dictionary.

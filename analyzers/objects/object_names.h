@@ -32,8 +32,8 @@ struct ObjectInfo {
   mailbox::DataType type = mailbox::DataType::kUnknown;
   NameSource type_source = NameSource::kNone;
   std::string unit;       ///< empty: none
-  std::string scale;      ///< "1000:1"; empty: plain number
-  std::string pdo_unit;   ///< of the value in process data
+  std::string scale;      ///< by SDO: "1000:1"; empty: plain number
+  std::string pdo_unit;   ///< in the process data, if it is another one; else empty
   std::string pdo_scale;  ///< likewise
 };
 

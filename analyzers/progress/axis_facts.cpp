@@ -113,10 +113,8 @@ constexpr std::array kFacts{
                 "follows",
                 "drive-not-following",
                 {"homing-error", "homing error (bit 13 of the status word)"}},
-    AxisFactRow{AxisFact::kLags,
-                "follows",
-                "drive-not-following",
-                {"falls-behind", "the actual value lags the set point"}},
+    AxisFactRow{
+        AxisFact::kLags, "follows", "drive-not-following", {"falls-behind", "the actual value lags the set point"}},
     AxisFactRow{AxisFact::kStandsStill,
                 "follows",
                 "drive-not-following",
@@ -124,6 +122,10 @@ constexpr std::array kFacts{
     AxisFactRow{
         AxisFact::kWrongWay, "follows", "drive-not-following", {"wrong-way", "the actual value goes the other way"}},
     AxisFactRow{AxisFact::kZeroLimit, "follows", "drive-not-following", {"limit-zero", "a mapped limit is 0"}},
+    AxisFactRow{AxisFact::kOtherScale,
+                "follows",
+                "drive-not-following",
+                {"other-scaling", "target and actual velocity are in different units"}},
     AxisFactRow{AxisFact::kHomingStands,
                 "follows",
                 "drive-not-following",

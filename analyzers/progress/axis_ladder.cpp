@@ -24,6 +24,7 @@ constexpr Word kActualUnknown{"actual-not-in-capture", "the actual value is not 
 constexpr Word kNotMeasured{"too-short", "the axis did not move far enough to compare"};
 constexpr Word kNoSetpoint{"no-setpoint", "homing has no set point that the actual value could follow"};
 constexpr Word kLimited{"limit-active", "an internal limit is active (bit 11 of the status word)"};
+constexpr Word kOtherUnits{"other-scaling", "target and actual velocity may be in different units"};
 constexpr Word kCaptureEnds{"capture-ends", "the capture ends before 6061h can follow 6060h"};
 
 /// As drive-mode-not-shown.
@@ -236,6 +237,7 @@ class AxisClimb {
     if (now.mode() == kHoming) return kNoSetpoint;
     for (const AxisRecord& record : watch_.records()) {
       if (FactRow(record.fact).rung == "follows" && record.healthy && record.limited) return kLimited;
+      if (record.fact == AxisFact::kOtherScale) return kOtherUnits;
     }
     const Quantity quantity = now.mode() ? QuantityOf(*now.mode()) : Quantity::kNone;
     const bool actual = quantity != Quantity::kNone && now.Actual(quantity).has_value();

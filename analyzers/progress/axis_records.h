@@ -49,6 +49,7 @@ enum class AxisFact : std::uint8_t {
   kStandsStill,     ///< a: travel of the target, b: travel of the actual value; velocity: the values
   kWrongWay,        ///< likewise
   kZeroLimit,       ///< likewise; c: a mapped limit that is 0
+  kOtherScale,      ///< velocities: the actual value is steady, and far from the target in number
   kHomingStands,    ///< homing is started, and the axis neither moves nor reports an end; b: how far it went
   // The process data are read at a wrong place.
   kModeShifted,  ///< a: 6061h by SDO, b: in the process data
@@ -70,14 +71,15 @@ struct AxisRecord {
   FrameRef frame;  ///< where it was certain
   FrameRef last;   ///< where it was still so, or came again: what was reached after that is not held by it
   std::uint64_t count = 1;
-  bool inferred = false;  ///< what came before the capture may be the reason
-  bool fault = false;     ///< the drive went into a fault, or showed a following error, because of it
-  bool constant = false;  ///< kSetpointNotMapped: the set point of the mode is mapped and stays the same
-  bool limited = false;   ///< bit 11 of the status word: an internal limit is active
-  bool solved = false;    ///< of enabling: the drive got to Operation enabled after it
-  bool followed = false;  ///< kOutsideLimits: the axis goes there all the same
-  bool healthy = false;   ///< a healthy machine may show the same: an info, and no rung is held by it
-  FrameRef solved_at;     ///< where it was solved first
+  bool inferred = false;     ///< what came before the capture may be the reason
+  bool fault = false;        ///< the drive went into a fault, or showed a following error, because of it
+  bool constant = false;     ///< kSetpointNotMapped: the set point of the mode is mapped and stays the same
+  bool limited = false;      ///< bit 11 of the status word: an internal limit is active
+  bool solved = false;       ///< of enabling: the drive got to Operation enabled after it
+  bool followed = false;     ///< kOutsideLimits: the axis goes there all the same
+  bool healthy = false;      ///< a healthy machine may show the same: an info, and no rung is held by it
+  std::uint64_t healed = 0;  ///< episodes that ended as AxisRecords::Heal() describes
+  FrameRef solved_at;        ///< where it was solved first, or found healthy after all
   std::optional<std::uint16_t> control, status;
   std::optional<device::DriveState> state;
   std::optional<std::int8_t> mode;
@@ -97,6 +99,7 @@ class AxisRecords {
       known.last = record.frame;
       known.solved = false;
       known.healthy = known.healthy && record.healthy;
+      known.solved_at = {};
       return;
     }
     list_.push_back(record);
@@ -130,6 +133,14 @@ class AxisRecords {
     for (AxisRecord& known : list_) {
       if (known.fact > AxisFact::kDropsBack || known.solved) continue;
       known.solved = true;
+      known.solved_at = frame;
+    }
+  }
+  /// What stood still did what was asked of it after all, without another command: healthy if each episode ended so.
+  void Heal(AxisFact fact, Quantity quantity, const FrameRef& frame) {
+    for (AxisRecord& known : list_) {
+      if (known.fact != fact || known.quantity != quantity || ++known.healed != known.count) continue;
+      known.healthy = true;
       known.solved_at = frame;
     }
   }

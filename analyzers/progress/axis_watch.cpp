@@ -10,6 +10,9 @@ using device::DriveState;
 // In the order of Quantity.
 constexpr std::array kTargets{Role::kTargetPosition, Role::kTargetVelocity, Role::kTargetTorque, Role::kTargetSpeed};
 constexpr std::array kActuals{Role::kPosition, Role::kVelocity, Role::kTorque, Role::kSpeed};
+/// What 6061h shows in the process data counts if they show it for so long before and after the answer by SDO.
+constexpr TimeNs kSettledNs = 100'000'000;
+constexpr TimeNs kStaysNs = 50'000'000;
 static_assert(kTargets.size() == kQuantityCount && kActuals.size() == kQuantityCount);
 
 }  // namespace
@@ -132,14 +135,22 @@ void AxisWatch::TakeOutputs(const AxisValues& values, const FrameRef& frame, con
 }
 
 void AxisWatch::TakeLimits(const AxisValues& values) {
-  const bool profile = now_.mode().value_or(kCyclicPosition) <= kProfileTorque;
-  for (const Role limit : kLimitRoles) {
-    if (!values[limit]) continue;
-    const bool of_profile = limit == Role::kProfileSpeed || limit == Role::kAcceleration;
-    const std::uint16_t object = ObjectOf(limit);
-    if (*values[limit] != 0 && now_.zero_limit == object) now_.zero_limit = 0;
-    if (*values[limit] == 0 && now_.zero_limit == 0 && (profile || !of_profile)) now_.zero_limit = object;
+  for (std::size_t i = 0; i < kLimitRoles.size(); ++i) {
+    if (values[kLimitRoles[i]]) limit_is_zero_[i] = *values[kLimitRoles[i]] == 0;
   }
+}
+
+/// By the mode of now: what is 0 may be of another one.
+std::uint16_t AxisWatch::ZeroLimit() const {
+  const std::int8_t mode = now_.mode().value_or(kCyclicPosition);
+  for (std::size_t i = 0; i < kLimitRoles.size(); ++i) {
+    if (!limit_is_zero_[i]) continue;
+    const Role limit = kLimitRoles[i];
+    if (limit == Role::kProfileSpeed && mode != kProfilePosition) continue;
+    if (limit == Role::kAcceleration && mode != kProfilePosition && mode != kProfileVelocity) continue;
+    return ObjectOf(limit);
+  }
+  return 0;
 }
 
 void AxisWatch::TakeInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
@@ -149,6 +160,7 @@ void AxisWatch::TakeInputs(const AxisValues& values, const FrameRef& frame, cons
     TakeStatus(*values[Role::kStatus], frame);
   }
   TakeModes(values, frame);
+  if (values[Role::kModeShown]) ConfirmShown(frame);
   if (values[Role::kErrorCode]) error_code_ = static_cast<std::uint16_t>(*values[Role::kErrorCode]);
   for (std::size_t i = 0; i < kActuals.size(); ++i) {
     if (values[kActuals[i]]) now_.actual[i] = values[kActuals[i]];
@@ -197,7 +209,6 @@ void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameR
 
 /// What the drive shows by SDO is what it has; process data that show another value for long are read at a wrong place.
 void AxisWatch::FollowShown(std::int64_t value, bool download, const FrameRef& frame) {
-  constexpr TimeNs kSettledNs = 100'000'000;
   if (download || !now_.mode_shown || *now_.mode_shown == value) return;
   const FrameRef& since = shown_since_;
   if (!since.has_time || !frame.has_time || Elapsed(since.time, frame.time) < kSettledNs) return;
@@ -205,7 +216,19 @@ void AxisWatch::FollowShown(std::int64_t value, bool download, const FrameRef& f
   AxisRecord record = now_.Record(AxisFact::kModeShifted, since, Elapsed(since.time, frame.time));
   record.a = value;
   record.b = *now_.mode_shown;
-  records_.Add(record);
+  shifted_ = std::make_unique<Shifted>(Shifted{record, {}});
+}
+
+/// The answer of a drive that changes its mode may come before the inputs that show it.
+void AxisWatch::ConfirmShown(const FrameRef& frame) {
+  if (shifted_ == nullptr) return;
+  if (now_.mode_shown != shifted_->record.b) {
+    shifted_.reset();
+    return;
+  }
+  if (shifted_->after.Hold(true, frame) < kStaysNs) return;
+  records_.Add(shifted_->record);
+  shifted_.reset();
 }
 
 void AxisWatch::TakeControl(std::int64_t word, const FrameRef& frame) {
@@ -296,6 +319,7 @@ void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
 
 void AxisWatch::Step(const FrameRef& frame) {
   now_.frame = frame;
+  now_.zero_limit = ZeroLimit();
   if (drive_ != nullptr && seen()) {
     Checks& checks = GetChecks();
     if (words_changed_ || checks.enable.active()) checks.enable.Step(now_, records_);
@@ -314,6 +338,8 @@ void AxisWatch::Step(const FrameRef& frame) {
 void AxisWatch::Forget() {
   TakeCollected();
   collected_.reset();
+  shifted_.reset();
+  limit_is_zero_ = {};
   AxisView fresh;
   fresh.control_mapped = now_.control_mapped;
   fresh.limits = now_.limits;

@@ -1,6 +1,7 @@
 /// in: the values of one axis, by process data and SDO.  out: what was wanted of it, reached and not reached.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 
@@ -55,7 +56,8 @@ class AxisWatch {
 
   /// The same values again would change nothing.
   [[nodiscard]] bool still() const {
-    return !outputs_changed_ && !words_changed_ && collected_ == nullptr && (checks_ == nullptr || !checks_->active());
+    return !outputs_changed_ && !words_changed_ && collected_ == nullptr && shifted_ == nullptr &&
+           (checks_ == nullptr || !checks_->active());
   }
   [[nodiscard]] const AxisView& now() const { return now_; }
   [[nodiscard]] const AxisRecords& records() const { return records_; }
@@ -107,6 +109,11 @@ class AxisWatch {
     FrameRef outputs_frame, inputs_frame;
     SlaveSide slave;
   };
+  /// 6061h by SDO differs from the process data, and the inputs that follow have to confirm it.
+  struct Shifted {
+    AxisRecord record;
+    Lasting after;
+  };
   /// The newest frame of one direction.
   struct Newest {
     FrameNo frame = 0;
@@ -122,7 +129,10 @@ class AxisWatch {
   [[nodiscard]] const Checks& OfChecks() const;
   void Side(const SlaveSide& slave);
   void TakeLimits(const AxisValues& values);
+  /// A mapped limit that is 0 and acts in the mode of now; 0: none.
+  [[nodiscard]] std::uint16_t ZeroLimit() const;
   void FollowShown(std::int64_t value, bool download, const FrameRef& frame);
+  void ConfirmShown(const FrameRef& frame);
   void TakeControl(std::int64_t word, const FrameRef& frame);
   void TakeStatus(std::int64_t word, const FrameRef& frame);
   /// The control word does not ask for Operation enabled, or the master takes the slave out of OP.
@@ -146,6 +156,8 @@ class AxisWatch {
   FrameRef shown_since_;          ///< 6061h of the process data
   Newest newest_outputs_, newest_inputs_;
   std::unique_ptr<Collected> collected_;  ///< of an axis in several parts that one frame brings
+  std::unique_ptr<Shifted> shifted_;      ///< null: nothing differs
+  std::array<bool, kLimitRoles.size()> limit_is_zero_{};
   std::optional<device::DriveState> last_state_;
   std::optional<std::uint16_t> error_code_;
   bool lost_unasked_ = false, voltage_lost_unasked_ = false;

@@ -10,6 +10,8 @@ constexpr TimeNs kStillNs = 500'000'000;
 /// Brakes release, and some methods wait for a signal.
 constexpr TimeNs kHomingStillNs = 3'000'000'000;
 constexpr std::int64_t kLeastOfHoming = 5;
+/// In coarse units an axis that moves shows few steps, all of them one way; one that rests goes back and forth.
+constexpr std::uint32_t kLeastSteps = 2;
 constexpr TimeNs kRampNs = 1'000'000'000;
 /// Below, an axis need not move: friction, and units that are smaller than what it can resolve.
 constexpr std::int64_t kLeastTravel = 500;
@@ -17,6 +19,9 @@ constexpr std::int64_t kShare = 20;
 /// What an axis moves in the time of a limit when it moves at all: a share of its way or speed, and more than jitter.
 constexpr std::int64_t kShareOfSlow = 2000;
 constexpr std::int64_t kLeastSlow = 2;
+
+/// Below, a velocity may be noise in any unit.
+constexpr std::int64_t kLeastVelocity = 10;
 
 constexpr std::int64_t LeastMotion(std::int64_t whole) {
   return std::max(kLeastSlow, Magnitude(whole) / kShareOfSlow);
@@ -49,7 +54,7 @@ void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
     wrong_way_.Reset();
     slow_.Reset();
     approach_.Reset();
-    started_ = false;
+    started_ = stood_ = false;
   }
   enabled_ = enabled;
   mode_ = now.mode();
@@ -86,14 +91,26 @@ void FollowCheck::Homing(const AxisView& now, AxisRecords& out) {
   if (now.Rises(kStartBit)) {
     begin_.actual = *actual;
     started_ = true;
+    steps_ = {};
     still_.Reset();
   }
+  steps_.Step(*actual);
   const std::int64_t moved = Apart(begin_.actual, *actual);
-  if (now.Status(kAcknowledgeBit) && !now.Status(kErrorBit)) followed_ = now.frame;
+  if (now.Status(kAcknowledgeBit) && !now.Status(kErrorBit)) {
+    followed_ = now.frame;
+    // It was slow, or waited for a brake.
+    if (stood_) out.Heal(AxisFact::kHomingStands, Quantity::kNone, now.frame);
+    stood_ = false;
+  }
   if (Magnitude(moved) > kLeastOfHoming || now.Status(kAcknowledgeBit)) started_ = false;
   const bool still = started_ && now.Control(kStartBit) && !now.Control(kHaltBit) && !now.Status(kErrorBit);
-  if (const TimeNs held = still_.Hold(still, now.frame);
-      out.IsDue(AxisFact::kHomingStands, still_, held, kHomingStillNs, now.frame)) {
+  const TimeNs held = still_.Hold(still, now.frame);
+  if (held >= kHomingStillNs && steps_.one_way && steps_.count >= kLeastSteps) {
+    started_ = false;  // it moves
+    return;
+  }
+  if (out.IsDue(AxisFact::kHomingStands, still_, held, kHomingStillNs, now.frame)) {
+    stood_ = true;
     AxisRecord record = now.Record(AxisFact::kHomingStands, still_.since(), held);
     record.b = moved;
     out.Add(record);
@@ -160,6 +177,7 @@ void FollowCheck::Profile(const AxisView& now, AxisRecords& out) {
     goal_ = *target;
     moved_from_ = *actual;
     started_ = true;
+    stood_ = false;
     still_.Reset();
   }
   if (!started_) return;
@@ -170,14 +188,19 @@ void FollowCheck::Profile(const AxisView& now, AxisRecords& out) {
   }
   const bool halted = now.Control(kHaltBit) || now.Status(kReachedBit);
   const bool still = Magnitude(way.target) >= kLeastTravel && Magnitude(way.actual) * kShare < Magnitude(way.target);
-  Report(AxisFact::kStandsStill, still_, still && !halted, kRampNs, way, now, out);
-  if (way.target != 0 && way.SameDirection() && Magnitude(way.actual) * 2 > Magnitude(way.target)) Follows(now.frame);
+  const bool stands = Report(AxisFact::kStandsStill, still_, still && !halted, kRampNs, way, now, out);
+  stood_ = stood_ || (stands && now.zero_limit == 0);
+  if (way.target == 0 || !way.SameDirection() || Magnitude(way.actual) * 2 <= Magnitude(way.target)) return;
+  Follows(now.frame);
+  // It waited for a brake or a release, and then made the way of the same start.
+  if (stood_) out.Heal(AxisFact::kStandsStill, Quantity::kPosition, now.frame);
+  stood_ = false;
 }
 
-void FollowCheck::Report(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
+bool FollowCheck::Report(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
                          AxisRecords& out) {
   const TimeNs held = lasting.Hold(holds, now.frame);
-  if (!out.IsDue(fact, lasting, held, limit, now.frame, Quantity::kPosition)) return;
+  if (!out.IsDue(fact, lasting, held, limit, now.frame, Quantity::kPosition)) return false;
   const bool stopped = now.zero_limit != 0 && fact == AxisFact::kStandsStill;
   AxisRecord record = now.Record(stopped ? AxisFact::kZeroLimit : fact, lasting.since(), held);
   record.quantity = Quantity::kPosition;
@@ -186,6 +209,22 @@ void FollowCheck::Report(AxisFact fact, Lasting& lasting, bool holds, TimeNs lim
   record.b = way.actual;
   record.limited = now.Status(kLimitBit);
   out.Add(record);
+  return true;
+}
+
+void FollowCheck::Slow::Step(std::int64_t actual, const std::optional<std::int64_t>& position, const FrameRef& frame) {
+  constexpr std::int64_t kShareOfNoise = 4;
+  steps.Step(actual);
+  if (!from) from = position;
+  const std::int64_t noise = std::max(kLeastVelocity, Magnitude(level) / kShareOfNoise);
+  if (level_since.seen() && Magnitude(Bounded(actual) - level) <= noise) return;
+  level = Bounded(actual);
+  level_since = frame;
+}
+
+bool FollowCheck::Slow::IsSteady(const FrameRef& frame) const {
+  return Magnitude(level) >= kLeastVelocity && level_since.has_time && frame.has_time &&
+         Elapsed(level_since.time, frame.time) >= kStillNs;
 }
 
 /// A velocity mode has ramps, or the load has: what counts is a value that does not come nearer to its target.
@@ -197,13 +236,22 @@ void FollowCheck::Velocity(const AxisView& now, AxisRecords& out) {
   const bool halted = *mode_ != kCyclicVelocity && now.Control(kHaltBit);
   // The velocity mode is started and stopped by its bits, and the reference may stay.
   const bool ramp_stands = *mode_ == kVelocityMode && (now.control.value_or(0) & kRampBits) != kRampBits;
-  const bool asked = Magnitude(*target) >= 10 && !halted && !ramp_stands;
+  const bool asked = Magnitude(*target) >= kLeastVelocity && !halted && !ramp_stands;
   if (approach_.Step(*target, *actual, LeastMotion(*target))) {
     slow_.Reset();
     wrong_way_.Reset();
   }
   const bool slow = asked && Magnitude(*actual) * kShare < Magnitude(*target);
-  if (asked && !slow && (*actual > 0) == (*target > 0)) Follows(now.frame);
+  const auto& position = now.Actual(Quantity::kPosition);
+  if (!slow_.active()) slow_window_ = {};
+  if (slow) slow_window_.Step(*actual, position, now.frame);
+  if (stood_ && goal_ != *target) stood_ = false;
+  if (asked && !slow && (*actual > 0) == (*target > 0)) {
+    Follows(now.frame);
+    // As in profile position. A cyclic set point goes on, and the axis does not catch up with it.
+    if (stood_) out.Heal(AxisFact::kStandsStill, Quantity::kVelocity, now.frame);
+    stood_ = false;
+  }
   const auto record_of = [&](AxisFact fact, const Lasting& lasting, TimeNs held) {
     AxisRecord record = now.Record(fact, lasting.since(), held);
     record.quantity = Quantity::kVelocity;
@@ -212,14 +260,25 @@ void FollowCheck::Velocity(const AxisView& now, AxisRecords& out) {
     record.limited = now.Status(kLimitBit);
     return record;
   };
-  if (const TimeNs held = slow_.Hold(slow, now.frame);
-      out.IsDue(AxisFact::kStandsStill, slow_, held, kRampNs, now.frame, Quantity::kVelocity)) {
+  const TimeNs slow_for = slow_.Hold(slow, now.frame);
+  const bool turns = slow_window_.from && position && Magnitude(Apart(*slow_window_.from, *position)) >= kLeastTravel;
+  const bool scaled = now.zero_limit == 0 && !position && slow_window_.IsSteady(now.frame);
+  // A ramp in another unit goes one way, and noise around 0 does not.
+  const bool ramps =
+      now.zero_limit == 0 && !scaled && slow_window_.steps.one_way && Magnitude(*actual) >= kLeastVelocity;
+  if (slow_for >= kRampNs && turns) {
+    slow_.Reset();  // its velocity is in another unit, or below the resolution of 606Ch
+  } else if (!ramps && out.IsDue(AxisFact::kStandsStill, slow_, slow_for, kRampNs, now.frame, Quantity::kVelocity)) {
     const bool stopped = now.zero_limit != 0;
-    AxisRecord record = record_of(stopped ? AxisFact::kZeroLimit : AxisFact::kStandsStill, slow_, held);
+    const AxisFact fact = stopped ? AxisFact::kZeroLimit : scaled ? AxisFact::kOtherScale : AxisFact::kStandsStill;
+    AxisRecord record = record_of(fact, slow_, slow_for);
     record.c = now.zero_limit;
+    record.inferred = scaled;
     // A winder or a clamp gets a velocity that its torque limit does not let it reach.
-    record.healthy = record.limited && !stopped;
+    record.healthy = (record.limited && !stopped) || scaled;
     out.Add(record);
+    stood_ = *mode_ != kCyclicVelocity && fact == AxisFact::kStandsStill;
+    goal_ = *target;
   }
   const bool wrong =
       asked && *actual != 0 && (*actual > 0) != (*target > 0) && Magnitude(*actual) * 2 > Magnitude(*target);

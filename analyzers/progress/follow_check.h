@@ -42,21 +42,49 @@ class FollowCheck {
     return {Apart(from.target, target), Apart(from.actual, actual)};
   }
 
+  /// Steps of an actual value: since homing was started, or while a velocity is far below its target.
+  struct Steps {
+    std::optional<std::int64_t> last;
+    std::uint32_t count = 0;
+    bool up = false, one_way = true;
+
+    void Step(std::int64_t actual) {
+      const std::int64_t step = last ? Apart(*last, actual) : 0;
+      last = actual;
+      if (step == 0) return;
+      one_way = count == 0 || (one_way && up == step > 0);
+      up = step > 0;
+      ++count;
+    }
+  };
+  /// What the drive showed while its velocity was far below the target.
+  struct Slow {
+    std::optional<std::int64_t> from;  ///< position where it began
+    std::int64_t level = 0;            ///< the velocity that it keeps, apart from noise ...
+    FrameRef level_since;              ///< ... since then
+    Steps steps;
+
+    void Step(std::int64_t actual, const std::optional<std::int64_t>& position, const FrameRef& frame);
+    /// It keeps a velocity that is not 0: an axis at rest shows noise around 0.
+    [[nodiscard]] bool IsSteady(const FrameRef& frame) const;
+  };
+
   void Follows(const FrameRef& frame);
   void Bits(const AxisView& now, AxisRecords& out);
   void Position(const AxisView& now, AxisRecords& out);
   void Profile(const AxisView& now, AxisRecords& out);
   void Homing(const AxisView& now, AxisRecords& out);
   void Velocity(const AxisView& now, AxisRecords& out);
-  /// Adds `fact` once it has held for `limit`.
-  static void Report(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
+  /// Adds `fact` once it has held for `limit`. @return whether it did so in this step
+  static bool Report(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
                      AxisRecords& out);
 
   std::optional<std::int8_t> mode_;
   bool enabled_ = false;
   bool restart_ = true;
-  bool started_ = false;   ///< profile position: bit 4 rose
-  std::int64_t goal_ = 0;  ///< likewise: the target then
+  bool started_ = false;   ///< profile position, homing: bit 4 rose
+  std::int64_t goal_ = 0;  ///< profile position: the target then; velocities: when the axis stood still
+  bool stood_ = false;     ///< since that start, or with this goal, the axis was reported to stand still
   Place begin_;            ///< where the motion began, or both were seen to move alike last
   std::int64_t last_target_ = 0;
   Place together_;   ///< where both moved together last
@@ -64,6 +92,8 @@ class FollowCheck {
   Lasting error_, still_, wrong_way_, slow_;
   std::int64_t moved_from_ = 0;  ///< profile position: since where the actual value hardly moves
   Approach approach_;            ///< velocities
+  Slow slow_window_;             ///< velocities: while slow_ holds
+  Steps steps_;                  ///< homing
   FrameRef follows_, followed_;
 };
 

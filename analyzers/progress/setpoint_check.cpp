@@ -67,7 +67,11 @@ void SetpointCheck::AtEnable(const AxisView& now, AxisRecords& out) {
   }
   const bool fault = IsFault(now.state) || now.Status(kErrorBit);
   const std::int64_t moved = actual ? Apart(jump_->actual, *actual) : 0;
-  const bool runs = (moved > 0) == (jump_->distance > 0) && Magnitude(moved) * 5 >= Magnitude(jump_->distance);
+  // Both may run on with their distance: the actual value has an offset (60B0h) or another reference.
+  const std::int64_t left = target && actual ? Apart(*actual, *target) : jump_->distance;
+  const bool nearer = Magnitude(left) * 5 <= Magnitude(jump_->distance) * 4;
+  const bool runs =
+      nearer && (moved > 0) == (jump_->distance > 0) && Magnitude(moved) * 5 >= Magnitude(jump_->distance);
   if (fault || runs) {
     AxisRecord record = jump_->record;
     record.frame = now.frame;
@@ -187,7 +191,9 @@ void SetpointCheck::Limits(const AxisView& now, AxisRecords& out) {
   const bool below = used && *target < *least;
   const bool outside = below || (used && *target > *most);
   const TimeNs held = outside_.Hold(outside, now.frame);
-  if (out.IsDue(AxisFact::kOutsideLimits, outside_, held, kOutsideNs, now.frame, Quantity::kPosition)) {
+  // An axis that rests at its end is some increments beyond it now and then.
+  const bool far = outside && Magnitude(Bounded(*target) - Bounded(below ? *least : *most)) >= kLeastJump;
+  if (far && out.IsDue(AxisFact::kOutsideLimits, outside_, held, kOutsideNs, now.frame, Quantity::kPosition)) {
     AxisRecord record = now.Record(AxisFact::kOutsideLimits, outside_.since(), held);
     record.quantity = Quantity::kPosition;
     record.a = *target;

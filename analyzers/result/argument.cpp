@@ -1,6 +1,7 @@
 #include "analyzers/result/argument.h"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "decoder/base/text.h"
@@ -203,6 +204,12 @@ Value List(std::vector<Value> items) {
   out.type = Value::Type::kList;
   out.SetItems(std::move(items));
   return out;
+}
+
+Value Bits(std::uint64_t mask) {
+  std::vector<Value> bits;
+  for (; mask != 0; mask &= mask - 1) bits.push_back(Number(std::countr_zero(mask)));
+  return List(std::move(bits));
 }
 
 }  // namespace arg

@@ -103,6 +103,8 @@ namespace arg {
 [[nodiscard]] Value Bytes(ByteSpan bytes);
 [[nodiscard]] Value Slave(SlaveId id, std::string_view label);
 [[nodiscard]] Value List(std::vector<Value> items);
+/// The numbers of the bits that are 1: "17, 18".
+[[nodiscard]] Value Bits(std::uint64_t mask);
 }  // namespace arg
 
 struct Argument {

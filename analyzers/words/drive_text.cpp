@@ -149,7 +149,8 @@ std::string FaultText(const device::DeviceDescription& family, const model::Driv
   const events::EmergencyInfo info = events::FindEmergency(&family, static_cast<std::uint16_t>(event.code));
   if (info.code != nullptr) {
     const std::string words = CodeWords(*info.code);
-    if (!words.empty()) text += " " + words;
+    const bool of_class = info.code->code != info.code->last_code;
+    if (!words.empty()) text += of_class ? " (class " + words + ")" : " " + words;
     if (info.inferred) text += kByRelative;
   }
   return text;

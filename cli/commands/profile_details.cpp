@@ -132,6 +132,7 @@ void AppendDictionary(const device::ObjectDictionary& dictionary, TextBuilder& t
     about += AccessText(object.access);
     about += MappableText(object.mappable);
     if (!object.scale.empty()) about += ", scale " + OneLine(object.scale);
+    if (!object.pdo_scale.empty()) about += ", in the process data " + OneLine(object.pdo_scale);
     if (!object.unit.empty()) about += ", unit " + OneLine(object.unit);
     if (!object.keyword.empty()) about += ", " + OneLine(object.keyword);
     Row(name, about, object.note, object.source, text);

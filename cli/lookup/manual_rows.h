@@ -8,9 +8,10 @@
 
 namespace ecaudit::cli::lookup {
 
-/// One row in words: "CoE service 2: SDO request".
+/// One row: what it is about ("CoE service"), and what the manual states of it ("2 SDO request").
 struct ManualRow {
-  std::string text;
+  std::string title;
+  std::string words;
   std::string note;
   std::string source;
 };

@@ -51,8 +51,9 @@ void AddObject(std::uint16_t index, std::optional<std::uint8_t> subindex, const 
                std::vector<Meaning>& out);
 void AddRegister(std::uint16_t address, const Families& families, std::vector<Meaning>& out);
 /// The name of a mode, and the parameters of the drive that go with it.
-[[nodiscard]] std::string ModeText(const device::DriveProfile& drive, const device::OperationMode& mode);
-/// Whatever a manual calls by that name, in any case: a parameter, a number that a drive shows, a command.
+[[nodiscard]] std::string ModeWithParameters(const device::DriveProfile& drive, const device::OperationMode& mode);
+/// Rows with that name, in any case, as a manual prints names: a parameter, a number that a drive shows, a command.
+/// Names have capitals or digits (SERCSET, n17); words of sentences are none.
 void AddNamed(std::string_view name, const Families& families, std::vector<Meaning>& out);
 void AddCommand(std::string_view name, std::vector<Meaning>& out);
 

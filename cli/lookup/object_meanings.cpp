@@ -71,8 +71,8 @@ std::string RowText(const DictionaryObject& row) {
     if (row.only) Join(text, *row.only == device::PdoDirection::kRx ? "in RxPDOs only" : "in TxPDOs only");
     Join(text, row.unit.empty() ? "" : "unit " + row.unit);
     Join(text, row.scale.empty() ? "" : "scale " + row.scale);
-    if (!row.pdo_scale.empty()) Join(text, "in process data scale " + row.pdo_scale);
-    if (!row.pdo_unit.empty()) Join(text, "in process data unit " + row.pdo_unit);
+    if (!row.pdo_scale.empty()) Join(text, "in the process data scale " + row.pdo_scale);
+    if (!row.pdo_unit.empty()) Join(text, "in the process data unit " + row.pdo_unit);
     if (row.max_bytes != 0) Join(text, "at most " + Count(row.max_bytes, "byte"));
     Join(text, row.keyword.empty() ? "" : "parameter " + row.keyword);
   }
@@ -140,7 +140,8 @@ void AddObjectBits(const DeviceDescription& family, const std::string& name, std
 
 void AddModes(const std::string& name, const device::DriveProfile& drive, std::vector<Statement>& out) {
   for (const device::OperationMode& mode : drive.modes) {
-    out.push_back({name, "value " + std::to_string(mode.value) + ": " + ModeText(drive, mode), mode.note, mode.source});
+    out.push_back(
+        {name, "value " + std::to_string(mode.value) + ": " + ModeWithParameters(drive, mode), mode.note, mode.source});
   }
 }
 
@@ -323,6 +324,16 @@ void AddParameters(const DeviceDescription& family, const std::string& name, std
   }
 }
 
+/// As the first family calls it that lists it.
+std::string NameInFamilies(const events::ObjectNames& names, std::uint16_t index, std::optional<std::uint8_t> subindex,
+                           const Families& families) {
+  for (const DeviceDescription* family : families) {
+    const events::ObjectInfo info = subindex ? names.Find(family, index, *subindex) : names.FindWhole(family, index);
+    if (!info.name.empty()) return info.name;
+  }
+  return {};
+}
+
 }  // namespace
 
 void AddObject(std::uint16_t index, std::optional<std::uint8_t> subindex, const Families& families,
@@ -381,8 +392,8 @@ void AddObject(std::uint16_t index, std::optional<std::uint8_t> subindex, const 
     meaning.statements.push_back({"standard", info.name, {}, "ETG1000.6, object dictionary"});
   }
   if (info.name.empty()) {
-    const std::string& text = meaning.statements.front().text;
-    meaning.name += " " + text.substr(0, text.find(','));
+    const std::string name = NameInFamilies(names, index, subindex, families);
+    if (!name.empty()) meaning.name += " " + name;
   }
   out.push_back(std::move(meaning));
 }

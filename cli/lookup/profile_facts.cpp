@@ -130,7 +130,8 @@ bool Mentions(std::string_view text, std::string_view word) {
 
 void AddMentions(std::string_view what, const Families& families, const device::ProfileRegistry& registry,
                  std::vector<Meaning>& out) {
-  if (what.size() < 2) return;
+  // A single word is in too many sentences: names are found by LookUp().
+  if (what.find_first_of(" .") == std::string_view::npos) return;
   Meaning meaning{.kind = "in the manuals", .name = std::string(what), .details = {}, .statements = {}};
   std::size_t more = 0;
   for (const device::DeviceDescription* family : families) {

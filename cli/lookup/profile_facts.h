@@ -27,7 +27,8 @@ struct ProfileFact {
 /// Whether the text has `word` as a whole word, in any case. "F28" is not in "F281", "PTBASE" is in "PTBASE = 1".
 [[nodiscard]] bool Mentions(std::string_view text, std::string_view word);
 
-/// Adds what the manuals of the families mention by that name; what `out` cites already is left out.
+/// Adds what the manuals of the families mention by that phrase, or by a name with a dot; single words are too many.
+/// What `out` cites already is left out.
 void AddMentions(std::string_view what, const Families& families, const device::ProfileRegistry& registry,
                  std::vector<Meaning>& out);
 

@@ -80,8 +80,8 @@ void Read(const Cursor& cursor, DictionaryObject& out) {
   object.Allow("pdo", out.mappable);
   object.Allow("only", out.only);
   object.Allow("scale", out.scale);
-  object.Allow("unit", out.unit);
   object.Allow("pdo_scale", out.pdo_scale);
+  object.Allow("unit", out.unit);
   object.Allow("pdo_unit", out.pdo_unit);
   object.Allow("max_bytes", out.max_bytes);
   object.Allow("name", out.name);

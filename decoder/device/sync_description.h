@@ -52,6 +52,13 @@ struct DriveParameter {
     if (on_bits != 0) return (bits & on_bits) == on_bits;
     return off_bits != 0 ? (bits & off_bits) == 0 : value != 0;
   }
+  /// The value nearest to `value` that switches it on.
+  [[nodiscard]] std::int64_t OnValue(std::int64_t value) const {
+    if (IsOn(value)) return value;
+    const auto bits = static_cast<std::uint64_t>(value);
+    if (on_bits != 0) return static_cast<std::int64_t>(bits | on_bits);
+    return off_bits != 0 ? static_cast<std::int64_t>(bits & ~std::uint64_t{off_bits}) : 1;
+  }
 };
 
 struct SyncDescription {

@@ -237,6 +237,16 @@ struct MailboxRepeatRequest {
   Kind kind = Kind::kRequested;
 };
 
+/// A request that got its answer.
+struct MailboxAnswered {
+  SlaveId slave = kNoSlave;
+  RequestSummary request;
+  FrameRef answer;
+  std::uint64_t polls = 0;  ///< times the master looked for the answer and found the mailbox empty
+  FrameRef last_poll;       ///< last look that found nothing; not seen() when there was none
+  bool read_lost = false;   ///< a mailbox read was lost in between: the answer may have been in it
+};
+
 /// A request that got no answer: reported when the next request of its kind, the end of the capture or a reset shows
 /// that none will come. Not reported where answers are not captured.
 struct MailboxUnanswered {

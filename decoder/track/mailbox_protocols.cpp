@@ -129,25 +129,25 @@ void MailboxProtocols::OnAnswer(const MailboxMessage& message) {
       const bool response = type == mailbox::EoeType::kSetIpResponse || type == mailbox::EoeType::kSetFilterResponse ||
                             type == mailbox::EoeType::kGetIpResponse || type == mailbox::EoeType::kGetFilterResponse;
       eoe_in_.OnMessage(message, response ? pending_.Waiting(MailboxChannel::kEoE) : FrameRef{}, sink_);
-      if (response) pending_.Answered(MailboxChannel::kEoE);
+      if (response) pending_.Answered(MailboxChannel::kEoE, message.frame());
       break;
     }
     case Protocol::kFoE:
       foe_.OnMessage(message, sink_);
-      pending_.Answered(MailboxChannel::kFoE);
+      pending_.Answered(MailboxChannel::kFoE, message.frame());
       break;
     case Protocol::kSoE: {
       const mailbox::SoeHeader soe = mailbox::ParseSoe(message.payload);
       const bool response = soe.operation == mailbox::SoeOperation::kReadResponse ||
                             soe.operation == mailbox::SoeOperation::kWriteResponse;
       soe_in_.OnMessage(message, response ? pending_.Waiting(MailboxChannel::kSoE) : FrameRef{}, sink_);
-      if (response && !soe.incomplete) pending_.Answered(MailboxChannel::kSoE);
+      if (response && !soe.incomplete) pending_.Answered(MailboxChannel::kSoE, message.frame());
       break;
     }
     case Protocol::kAoE: {
       const bool response = mailbox::ParseAms(message.payload).response();
       OnAoe(message, response ? pending_.Waiting(MailboxChannel::kAoE) : FrameRef{});
-      if (response) pending_.Answered(MailboxChannel::kAoE);
+      if (response) pending_.Answered(MailboxChannel::kAoE, message.frame());
       break;
     }
     case Protocol::kVoE:
@@ -169,11 +169,11 @@ void MailboxProtocols::OnCoeAnswer(const MailboxMessage& message) {
       if (service.empty()) return;
       if (mailbox::ParseSdo(service, Direction::kIn).kind == mailbox::SdoKind::kAbort) ++counters_.sdo_aborts;
       sdo_.OnMessage(message, sink_);
-      if (!sdo_.awaiting_answer()) pending_.Answered(MailboxChannel::kSdo);
+      if (!sdo_.awaiting_answer()) pending_.Answered(MailboxChannel::kSdo, message.frame());
       break;
     case mailbox::CoeService::kSdoInformation:
       sdo_info_.OnMessage(message, sink_);
-      if (!sdo_info_.open()) pending_.Answered(MailboxChannel::kSdoInfo);
+      if (!sdo_info_.open()) pending_.Answered(MailboxChannel::kSdoInfo, message.frame());
       break;
     case mailbox::CoeService::kTxPdo:
     case mailbox::CoeService::kRxPdo:

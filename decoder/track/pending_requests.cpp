@@ -123,9 +123,12 @@ std::uint8_t PendingRequests::LatestCounter() const {
   return latest != nullptr ? latest->request.counter : last_.counter;
 }
 
-void PendingRequests::Answered(MailboxChannel channel) {
+void PendingRequests::Answered(MailboxChannel channel, const FrameRef& by) {
   Request& r = Of(channel);
   if (r.active && r.request.frame.number == last_.frame.number) last_answerable_ = false;
+  if (r.active && by.seen()) {
+    sink_.Publish(mailbox::MailboxAnswered{slave_, r.request, by, r.polls, r.last_poll, r.read_lost});
+  }
   r.active = false;
 }
 

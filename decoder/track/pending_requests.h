@@ -1,4 +1,5 @@
-/// in: requests and answers of one slave, looks into its mailboxes.  out: MailboxUnanswered, MailboxStuck.
+/// in: requests and answers of one slave, looks into its mailboxes.  out: MailboxAnswered,
+/// MailboxUnanswered, MailboxStuck.
 ///
 /// keeps: one request for each kind that can wait side by side with the others, and the latest one of all.
 #pragma once
@@ -38,7 +39,8 @@ class PendingRequests {
   /// What was written to the out mailbox before this frame is not known.
   void BeginAfterGap(const FrameRef& frame) { gap_ = frame; }
   void Await(MailboxChannel channel, const mailbox::MailboxMessage& message);
-  void Answered(MailboxChannel channel);
+  /// The request waits no longer. @param by  the message that answers it; not seen(): the master ended it
+  void Answered(MailboxChannel channel, const FrameRef& by = {});
   /// The slave sent a message of this protocol: it has it.
   void HasAnswered(mailbox::Protocol protocol) {
     answered_ |= 1U << static_cast<unsigned>(protocol);

@@ -86,7 +86,7 @@ class Explain(CliTest):
             "3000h": "bits 1-15: reserved [MKD, 5.2]",
             "2000h=439": "n439 user following error [MKD, 5.3.3]",
             "2001h=562": "F562 more than 8 MKD-N on string 1 [MKD, 5.2]",
-            "606Ch": "in process data scale 1:1, in process data unit rpm",
+            "606Ch": "in the process data scale 1:1, in the process data unit rpm",
             "2031h": "at most 10 bytes",
         }.items():
             self.assertIn(expected, " ".join(self.explain(what).split()), what)
@@ -104,6 +104,24 @@ class Explain(CliTest):
                 output = " ".join(self.explain(name).split())
                 for word in words:
                     self.assertIn(word, output)
+
+    def test_words_of_sentences_are_no_names(self):
+        for word in ("the", "zzz", "motor", "fault", "enable", "with"):
+            self.one_error("explain", word)
+
+    def test_warning_has_the_moments_of_its_manual(self):
+        page = " ".join(self.explain("n17").split())
+        self.assertIn("warning n17 appears because there is no cyclic interrupt yet", page)
+        self.assertNotIn("consecutive cycle", page)
+
+    def test_rows_left_out_are_counted(self):
+        for meaning in self.meanings("FBUS.PARAM05"):
+            rows = [row for row in meaning["statements"] if row["family"] == "kollmorgen-mkd-n"]
+            self.assertTrue(len(rows) <= 60 or rows[-1]["text"].endswith("more rows"), rows)
+
+    def test_objects_have_the_name_of_a_dictionary(self):
+        self.assertIn("3496h:1 fieldbus synchronisation", " ".join(self.explain("3496h:1").split()).lower())
+        self.assertNotIn("object of a sister family) (object)", self.explain("36E6h"))
 
     def test_bits_of_the_words_of_a_drive(self):
         for name, words in (("6040h", ["mode 6 (Homing (hm)): bit 4 homing_operation_start", "rising edge of bit 12",

@@ -1,5 +1,8 @@
 #include <algorithm>
+#include <array>
 #include <map>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/init_command_watch.h"
@@ -26,14 +29,13 @@ constexpr FindingKind kRefused{
 {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the slave
 is not in the capture.][ Later AL status codes: {later_codes}.][ This transition requires: {requirement}.])",
     .next =
-        R"([{?no_boot}Do not request {requested}: the slave does not have this
-state. Acknowledge the error (bit 4 of AL Control).][{!no_boot}[{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
-this.][{!reason}[{?names_no_setting}This AL status code names no setting: find its meaning in the manual of the slave,
-or ask its vendor.][{!names_no_setting}[{?checked}Check what else the AL status code names, and the firmware of the
-slave.][{!checked}[{?al_status_code}Check the settings that the AL status code names.][{!al_status_code}Read the AL status
-code (0x0134).]]]] Then acknowledge the error (bit 4 of AL Control) and
-[{?first}request {first} first: from {state_now} the slave does not go to {requested}][{!first}request {requested}
-again].])",
+        R"([{?no_boot}Do not request {requested}: the slave does not have this state. Acknowledge the error (bit 4 of
+AL Control).][{!no_boot}[{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
+this.][{!reason}[{?names_no_setting}This AL status code names no setting: find its meaning in the manual of the
+slave, or ask its vendor.][{!names_no_setting}[{?checked}Check what else the AL status code names, and the firmware
+of the slave.][{!checked}[{?al_status_code}Check the settings that the AL status code names.][{!al_status_code}Read
+the AL status code (0x0134).]]]] Then acknowledge the error (bit 4 of AL Control) and [{?first}request {first} first:
+from {state_now} the slave does not go to {requested}][{!first}request {requested} again].])",
     .identity = "requested state_before al_status_code"};
 
 constexpr FindingKind kNotAcknowledged{
@@ -45,11 +47,11 @@ to {last_request_frame}]. AL Status in {frame} is still {al_status:number} ({al_
 is {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the
 slave is not in the capture.][ Later AL status codes: {later_codes}.])",
     .next =
-        R"([{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
-this.][{!reason}[{?names_no_setting}This AL status code names no setting: find its meaning in the manual of the slave,
-or ask its vendor.][{!names_no_setting}[{?checked}Check what else the AL status code names, and the firmware of the
-slave.][{!checked}[{?al_status_code}Check the settings that the AL status code names.][{!al_status_code}Read the AL status
-code (0x0134).]]]] Then acknowledge the error again.)",
+        R"([{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct] this.][{!reason}[{?names_no_setting}This AL
+status code names no setting: find its meaning in the manual of the slave, or ask its
+vendor.][{!names_no_setting}[{?checked}Check what else the AL status code names, and the firmware of the
+slave.][{!checked}[{?al_status_code}Check the settings that the AL status code names.][{!al_status_code}Read the AL
+status code (0x0134).]]]] Then acknowledge the error again.)",
     .identity = "requested al_status_code"};
 
 constexpr FindingKind kRefusedOnBus{
@@ -70,13 +72,13 @@ constexpr NoteKind kInitCommandsMissing{
 constexpr NoteKind kNoEdge{
     .name = "no-acknowledge-edge",
     .text =
-        "Bit 4 of AL Control was already 1 ({al_control_before}) before {al_control}. {source} acknowledges by the "
-        "positive edge of bit 4: write it as 0 first."};
-constexpr NoteKind kOtherResult{
-    .name = "other-result",
-    .text =
-        "AL Status shows {state_now} after the refusal. {source} gives as the resulting status of {al_status_code}: "
-        "{result}. The state before was {state_before}."};
+        "Bit 4 of AL Control was already 1 before the acknowledge ({al_control_before}, then {al_control}). The slave "
+        "acknowledges at the positive edge of bit 4 ({source}): write 0 to it first."};
+constexpr NoteKind kOtherResult{.name = "other-result",
+                                .text =
+                                    "After {al_status_code} the state should be \"{result}\" ({source}), but AL Status "
+                                    "shows {state_now}. The state "
+                                    "before was {state_before}."};
 constexpr NoteKind kMayBeOlder{
     .name = "error-may-be-older",
     .text =
@@ -294,21 +296,36 @@ class AlRefused final : public Rule {
     const std::uint8_t requested = e.request.control.state();
     if (finding.kind == &kRefused && esc::IsAlState(now) && esc::IsAlState(requested) &&
         !family.AllowsAl(static_cast<esc::AlState>(now), static_cast<esc::AlState>(requested))) {
-      finding.Set("first", arg::State(StateAfter(now))).Set("state_now", arg::State(now));
+      if (const auto first =
+              FirstOnTheWay(family, static_cast<esc::AlState>(now), static_cast<esc::AlState>(requested))) {
+        finding.Set("first", arg::State(static_cast<std::uint8_t>(*first))).Set("state_now", arg::State(now));
+      }
     }
     const device::RegisterBits* edge = AcknowledgeEdge(family);
     // Of another request the error is new: nothing was left to acknowledge.
-    if (finding.kind != &kNotAcknowledged || edge == nullptr || !e.request.before || !e.request.before->bit4() || !e.request.control.bit4()) return;
+    const bool stays_set = e.request.before && e.request.before->bit4() && e.request.control.bit4();
+    if (finding.kind != &kNotAcknowledged || edge == nullptr || !stays_set) return;
     finding.Add(kNoEdge, {{"al_control_before", arg::Hex(e.request.before->raw)},
                           {"al_control", arg::Hex(e.request.control.raw)},
                           {"source", arg::Text(edge->source)}});
   }
 
-  /// The state that leads upwards: PREOP from INIT and BOOT comes by INIT.
-  static std::uint8_t StateAfter(std::uint8_t state) {
-    if (state == static_cast<std::uint8_t>(esc::AlState::INIT)) return static_cast<std::uint8_t>(esc::AlState::PREOP);
-    if (state == static_cast<std::uint8_t>(esc::AlState::PREOP)) return static_cast<std::uint8_t>(esc::AlState::SAFEOP);
-    return static_cast<std::uint8_t>(esc::AlState::INIT);
+  /// The first state on the shortest way that the family allows; nothing: there is none.
+  static std::optional<esc::AlState> FirstOnTheWay(const device::DeviceDescription& family, esc::AlState from,
+                                                   esc::AlState to) {
+    constexpr std::array kStates{esc::AlState::INIT, esc::AlState::PREOP, esc::AlState::SAFEOP, esc::AlState::OP,
+                                 esc::AlState::BOOT};
+    std::vector<std::pair<esc::AlState, esc::AlState>> reached{{from, from}};  // a state, and the first on its way
+    for (std::size_t i = 0; i < reached.size(); ++i) {
+      const auto [state, first] = reached[i];
+      if (state == to) return first;
+      for (const esc::AlState next : kStates) {
+        const bool known =
+            std::any_of(reached.begin(), reached.end(), [&](const auto& row) { return row.first == next; });
+        if (!known && family.AllowsAl(state, next)) reached.emplace_back(next, i == 0 ? next : first);
+      }
+    }
+    return std::nullopt;
   }
 
   /// The row of the manual that binds the acknowledge to the edge of bit 4 of AL Control; null if there is none.

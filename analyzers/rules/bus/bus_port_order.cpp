@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/rule.h"
@@ -72,9 +74,12 @@ then compute propagation delays that cannot be true, and SYNC0 is off.
 
 ## How it is decided
 - Receive times count if both ports are open, if they were latched by one frame, and if they differ by less than 1 ms.
-- Without receive times the ports of all slaves decide. The slaves must all have answered before DL status was read, or
-  a slave may have joined later.
+- Without receive times the ports of all slaves decide. All slaves must have answered when DL status was read: others
+  may have joined later, or a cable may have been pulled.
 - The read of DL status with most open ports counts: masters close ports while they scan.
+- In a ring with redundancy the second port of the master reaches the slaves at the end first. Such a line is not
+  evaluated: the capture shows both ports, or at least the last two slaves have frames at another port first, and the
+  last one has a port open.
 - An open port at the last slave alone is no finding: a second network card or another device may be connected there.
 
 ## Example
@@ -85,6 +90,7 @@ Swap the two cables of the slave that the finding names, and let the master scan
 )"};
 
 constexpr Word kDlStatus{"dl-status", "DL status (0x0110) of the slave"};
+constexpr Word kRing{"redundant-ring", "whether cables are swapped, or a redundant port sends to these slaves"};
 constexpr Word kReceiveTimes{"receive-times", "the receive times of its ports (0x0900)", true};
 
 class BusPortOrder final : public Rule {
@@ -99,13 +105,21 @@ class BusPortOrder final : public Rule {
     if (access.read.empty() || access.broadcast) return;
     if (access.slave >= known_then_.size()) known_then_.resize(std::size_t{access.slave} + 1);
     const model::EntryPort& ports = PortsOf(access.slave);
-    if (ports.status_frame().number == access.frame().number) known_then_[access.slave] = context().slave_count();
-    if (const auto evidence = ports.evidence()) ReportEntry(access.slave, *evidence, access.frame());
+    if (ports.status_frame().number == access.frame().number) known_then_[access.slave] = AnsweringNow();
+    if (const auto evidence = ports.evidence()) Keep(access.slave, *evidence, access.frame());
   }
 
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
-    if (!reported_) FollowLine();
+    const std::vector<SlaveId> line = Line();
+    if (MayBeRing(line)) {
+      for (const Entry& entry : entries_) {
+        NotEvaluable(entry.slave, ReasonCode::kAmbiguous, kRing, entry.first.number);
+      }
+      return;
+    }
+    for (const Entry& entry : entries_) ReportEntry(entry);
+    if (const auto end = EndOf(line); end && !reported_) ReportEnd(line, *end);
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       const model::EntryPort& ports = PortsOf(id);
@@ -120,17 +134,59 @@ class BusPortOrder final : public Rule {
  private:
   [[nodiscard]] const model::EntryPort& PortsOf(SlaveId id) const { return context().slave(id).entry_port; }
 
-  void ReportEntry(SlaveId id, const model::EntryPort::Evidence& entry, const FrameRef& frame) {
-    reported_ = true;
-    if (Repeat(id, entry.port, frame) != kNoFinding) return;
-    Finding finding = Found(entry.ahead_ns ? kPort0Later : kPort0Unused, id, frame);
-    finding.Set("port", arg::Number(entry.port)).Set("status_frame", arg::Frame(entry.status.number));
-    AddRelated(finding, entry.status.number);
-    if (entry.ahead_ns) {
-      finding.Set("ahead_ns", arg::Ns(*entry.ahead_ns)).Set("times_frame", arg::Frame(entry.times.number));
-      AddRelated(finding, entry.times.number);
+  /// Evidence of one slave and port.
+  struct Entry {
+    SlaveId slave = kNoSlave;
+    model::EntryPort::Evidence evidence;
+    FrameRef first, last;
+    std::uint64_t count = 1;
+  };
+
+  void Keep(SlaveId slave, const model::EntryPort::Evidence& evidence, const FrameRef& frame) {
+    const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
+      return entry.slave == slave && entry.evidence.port == evidence.port;
+    });
+    if (found == entries_.end()) {
+      entries_.push_back({slave, evidence, frame, frame});
+      return;
     }
-    Report(entry.port, std::move(finding));
+    found->last = frame;
+    ++found->count;
+  }
+
+  void ReportEntry(const Entry& entry) {
+    reported_ = true;
+    const model::EntryPort::Evidence& evidence = entry.evidence;
+    Finding finding = Found(evidence.ahead_ns ? kPort0Later : kPort0Unused, entry.slave, entry.first);
+    finding.last = entry.last;
+    finding.count = entry.count;
+    finding.Set("port", arg::Number(evidence.port)).Set("status_frame", arg::Frame(evidence.status.number));
+    AddRelated(finding, evidence.status.number);
+    if (evidence.ahead_ns) {
+      finding.Set("ahead_ns", arg::Ns(*evidence.ahead_ns)).Set("times_frame", arg::Frame(evidence.times.number));
+      AddRelated(finding, evidence.times.number);
+    }
+    Report(evidence.port, std::move(finding));
+  }
+
+  /// How many slaves answer, by the last broadcast; without one, how many have answered.
+  [[nodiscard]] std::size_t AnsweringNow() const {
+    const std::uint16_t* counted = context().network().slave_count().if_known();
+    const std::size_t met = context().slave_count();
+    return counted != nullptr ? std::min<std::size_t>(*counted, met) : met;
+  }
+
+  /// From the second port of a master with redundancy frames enter each slave at its last port. They reach the slaves
+  /// at the end of the line first, and those after a break alone.
+  [[nodiscard]] bool MayBeRing(const std::vector<SlaveId>& line) const {
+    constexpr std::ptrdiff_t kNoChance = 2;
+    if (context().pairing().one_port || context().pairing().other_end > 0) return true;
+    if (line.empty() || PortsOf(line.back()).open_ports() < 2 || EndOf(line)) return false;
+    const auto enters_elsewhere = [&](SlaveId slave) {
+      return std::any_of(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.slave == slave; });
+    };
+    const auto first = std::find_if(line.begin(), line.end(), enters_elsewhere);
+    return line.end() - first >= kNoChance && std::all_of(first, line.end(), enters_elsewhere);
   }
 
   /// The slaves in the order of positions, if DL status of all of them is known and no slave joined later.
@@ -149,17 +205,17 @@ class BusPortOrder final : public Rule {
   }
 
   /// A frame leaves a slave at each open port after port 0, and each of them leads to the next slave.
-  void FollowLine() {
-    const std::vector<SlaveId> line = Line();
-    if (line.size() < 2) return;
+  /// @return place in the line of a slave after which nothing can follow, though slaves do
+  [[nodiscard]] std::optional<std::size_t> EndOf(const std::vector<SlaveId>& line) const {
     std::size_t free = 1;  // ports that lead on; the first is that of the master
     for (std::size_t p = 0; p < line.size(); ++p) {
       const model::EntryPort& ports = PortsOf(line[p]);
-      if (free == 0) return ReportEnd(line, p - 1);
-      if (ports.open_ports() == 0) return;
+      if (free == 0) return p - 1;
+      if (ports.open_ports() == 0) return std::nullopt;
       free += ports.open_ports();
       free -= 2;  // the port of the slave before, and its own port 0
     }
+    return std::nullopt;
   }
 
   void ReportEnd(const std::vector<SlaveId>& line, std::size_t end) {
@@ -181,6 +237,7 @@ class BusPortOrder final : public Rule {
   }
 
   std::vector<std::size_t> known_then_;  ///< by slave: slaves when its DL status was read
+  std::vector<Entry> entries_;
   bool reported_ = false;
 };
 

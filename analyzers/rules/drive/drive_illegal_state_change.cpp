@@ -36,7 +36,7 @@ has been {control_word} since {control_frame}.)",
     .identity = "state_before state"};
 constexpr FindingKind kOtherTarget{
     .name = "other-target",
-    .title = "{command} in {state_before} leads to {state}",
+    .title = "{command} in {state_before}: {state}, not {target}",
     .message =
         R"(Control word {control_word} (since {control_frame}) commands {command} in {state_before}. By the manual this is
 transition {transition}, which leads to {target}. The status word shows {state_before} ({status_word_before}) up to

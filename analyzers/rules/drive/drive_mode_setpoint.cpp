@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <set>
+#include <string>
 #include <utility>
-#include <vector>
 
 #include "analyzers/judge/drive_knowledge.h"
+#include "analyzers/judge/held_findings.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
@@ -11,6 +14,8 @@
 #include "analyzers/objects/relatives.h"
 #include "analyzers/progress/progress_model.h"
 #include "analyzers/words/drive_text.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/track/events.h"
 
 namespace ecaudit::drive_mode_setpoint {
 namespace {
@@ -19,8 +24,9 @@ constexpr FindingKind kOtherMode{
     .name = "other-mode",
     .title = "Mode {mode} takes {needed}, but {mapped} is mapped",
     .message =
-        R"(In {frame} the drive shows Operation enabled in mode {mode}. By the manual ({source}) the set point of this mode is
-{needed}. The process data hold {mapped} instead, which is the set point of mode {mapped_mode}. The drive ignores it.)",
+        R"(From {frame} on the drive shows Operation enabled in mode {mode}. By the manual ({source}) the set point
+of this mode is {needed}. The process data hold {mapped} instead, which is the set point of mode {mapped_mode}. The
+drive ignores it.)",
     .next = "Select mode {mapped_mode}, or assign a PDO with {needed}.",
     .identity = "mode mapped"};
 
@@ -28,9 +34,13 @@ constexpr FindingKind kOpmode{
     .name = "opmode",
     .title = "Mode {mode} needs {parameter} {expected}, but it is {value}",
     .message =
-        R"(In {frame} the drive shows Operation enabled in mode {mode}. By the manual ({source}) {parameter} is {expected} in
-this mode. Object {object} was {value} in {value_frame}.)",
-    .next = "Do not write {parameter} beside 6060h: the mode of operation sets it.",
+        R"(From {frame} on the drive shows Operation enabled in mode {mode}. By the manual ({source}) {parameter} is
+{expected} in this mode. The master [{?written}wrote][{!written}read] {value} [{?written}to][{!written}from] {object}
+in {value_frame}, after the mode was selected.)",
+    .next =
+        "[{?written}Do not write {parameter} beside 6060h: the mode of operation sets it.][{!written}Check what else "
+        "sets "
+        "{parameter}: the mode of operation should.]",
     .identity = "mode parameter"};
 
 constexpr const FindingKind* kKinds[] = {&kOtherMode, &kOpmode};
@@ -53,16 +63,18 @@ When an axis reaches Operation enabled, or changes its mode there:
 
 - whether the set point of its mode is in the process data, where that of another mode is: 60C1h:1 for Interpolated
   position (7), 60FFh for Profile velocity (3)
-- whether DRV.OPMODE and DRV.CMDSOURCE have the values that the manual gives for the mode, if the capture shows them
-  (35B4h)
+- whether DRV.OPMODE and DRV.CMDSOURCE have the values that the manual gives for the mode, if they were read or written
+  by SDO (35B4h) after the mode changed
 
 ## Why it matters
 The drive is enabled and ignores the set points that the master sends.
 
 ## How it is decided
-By the modes of the family. The rule reports nothing:
+By the modes of the family. The drive has to stay enabled in the mode for 1 s. The mode is that of 6061h; if 6061h is
+not mapped, the newer one of 6060h and 6061h. The rule reports nothing:
 
 - if both set points are mapped
+- if the master writes a set point of the mode by SDO
 - if the mapping or the mode is not known
 - if drive-not-commanded reports that the other set point changes
 
@@ -78,44 +90,97 @@ class DriveModeSetpoint final : public Rule {
   DriveModeSetpoint() : Rule(kInfo) {
     Subscribe<model::DriveStateChanged>(&DriveModeSetpoint::On);
     Subscribe<model::DriveMode>(&DriveModeSetpoint::On);
+    Subscribe<mailbox::SdoTransfer>(&DriveModeSetpoint::On);
+    Subscribe<track::CaptureGap>(&DriveModeSetpoint::On);
+    Subscribe<track::RunBegan>(&DriveModeSetpoint::On);
   }
 
   void On(const model::DriveStateChanged& e) {
-    if (e.to == device::DriveState::kOperationEnabled) Check(e.slave, e.axis, e.frame, std::nullopt);
+    Axis& axis = axes_[{e.slave, e.axis}];
+    Evaluate(axis, e.slave, e.axis, e.frame);
+    axis.mode.reset();
+    if (e.to == device::DriveState::kOperationEnabled) Watch(axis, e.slave, e.axis, e.frame);
   }
   void On(const model::DriveMode& e) {
+    Axis& axis = axes_[{e.slave, e.axis}];
+    Evaluate(axis, e.slave, e.axis, e.frame);
+    (e.shown ? axis.shown : axis.requested) = e.frame;
     const model::DriveUnit& unit = context().slave(e.slave).drives.axis(e.axis);
-    if (unit.state() == device::DriveState::kOperationEnabled) Check(e.slave, e.axis, e.frame, e.value);
+    if (unit.state() == device::DriveState::kOperationEnabled) Watch(axis, e.slave, e.axis, e.frame);
   }
+  /// A set point that the master writes by SDO needs no place in the process data.
+  void On(const mailbox::SdoTransfer& e) {
+    if (e.has_object && e.service == mailbox::SdoService::kDownload) {
+      written_.emplace(e.slave, std::uint32_t{e.index} << 8U | e.subindex);
+    }
+  }
+  void On(const track::CaptureGap&) { ForgetModes(); }
+  void On(const track::RunBegan&) { ForgetModes(); }
 
   void Finish() override {
-    for (auto& [id, finding] : held_) {
-      const progress::AxisWatch* axis = context().progress().axis(id.first, finding.axis);
-      const bool reported = axis != nullptr && Has(axis->records(), progress::AxisFact::kSetpointNotMapped);
-      if (!reported) (void)Report(id.second, std::move(finding));
+    for (auto& [id, axis] : axes_) {
+      Evaluate(axis, id.first, id.second, context().slave(id.first).inputs.last);
     }
+    held_.Release([this](std::uint64_t key, Finding finding) {
+      const progress::AxisWatch* const axis = context().progress().axis(finding.slave, finding.axis);
+      const bool reported = axis != nullptr && Has(axis->records(), progress::AxisFact::kSetpointNotMapped);
+      if (!reported && !IsWritten(finding, key)) (void)Report(key, std::move(finding));
+    });
     NotEvaluableFor([](const model::SlaveModel& slave) { return DriveWordsMissing(slave, false); });
   }
 
  private:
+  /// A master that jogs, or changes its mode in two steps, is in no mode for good.
+  static constexpr TimeNs kLastingNs = 1'000'000'000;
+  static constexpr std::uint64_t kParameter = 0x100, kCommandSource = 0x200;  ///< of keys; below: the mode
+
+  struct Axis {
+    FrameRef shown, requested;        ///< last changes of 6061h and 6060h
+    std::optional<std::int8_t> mode;  ///< in which it is enabled; unset: it is not, or the mode is not known
+    FrameRef since;                   ///< likewise
+  };
+
+  /// The drive may have left its state unseen: only the time from the next change on counts.
+  void ForgetModes() {
+    for (auto& [id, axis] : axes_) axis.mode.reset();
+  }
+
   static bool Has(const progress::AxisRecords& records, progress::AxisFact fact) {
     return std::any_of(records.begin(), records.end(),
                        [fact](const progress::AxisRecord& record) { return record.fact == fact; });
   }
 
-  void Check(SlaveId slave, std::uint8_t axis, const FrameRef& frame, std::optional<std::int8_t> changed) {
+  /// By 6061h, or where the process data do not hold it, by the newer one of both objects.
+  [[nodiscard]] std::optional<std::int8_t> ModeOf(const Axis& axis, SlaveId slave, std::uint8_t number) const {
+    constexpr std::uint16_t kModeShown = 0x6061;
     const model::SlaveModel& model = context().slave(slave);
-    if (!model.profile->drive) return;
+    const model::DriveUnit& unit = model.drives.axis(number);
+    if (!unit.mode_requested()) return unit.mode_shown();
+    if (!unit.mode_shown()) return unit.mode_requested();
+    const bool mapped = model.process.tx().Find(model::ObjectOfAxis(kModeShown, number), 0) != nullptr;
+    return mapped || axis.shown.number > axis.requested.number ? unit.mode_shown() : unit.mode_requested();
+  }
+
+  void Watch(Axis& axis, SlaveId slave, std::uint8_t number, const FrameRef& frame) {
+    const std::optional<std::int8_t> mode = ModeOf(axis, slave, number);
+    if (mode == axis.mode) return;
+    axis.mode = mode;
+    axis.since = frame;
+  }
+
+  /// What held up to `until`.
+  void Evaluate(const Axis& axis, SlaveId slave, std::uint8_t number, const FrameRef& until) {
+    const model::SlaveModel& model = context().slave(slave);
+    if (!axis.mode || !model.profile->drive) return;
+    if (!axis.since.has_time || !until.has_time) return NotEvaluable(slave, ReasonCode::kNoStamps, until.number);
+    if (Elapsed(axis.since.time, until.time) < kLastingNs) return;
     const device::DriveProfile& drive = *model.profile->drive;
-    const model::DriveUnit& unit = model.drives.axis(axis);
-    const std::optional<std::int8_t> value = changed             ? changed
-                                             : unit.mode_shown() ? unit.mode_shown()
-                                                                 : unit.mode_requested();
-    const device::OperationMode* mode = value ? drive.FindMode(*value) : nullptr;
+    const device::OperationMode* const mode = drive.FindMode(*axis.mode);
     if (mode == nullptr) return;
-    CheckSetpoint(slave, axis, frame, *mode);
-    if (mode->opmode) CheckParameter(slave, axis, frame, *mode, drive.opmode_parameter, *mode->opmode);
-    if (mode->cmdsource) CheckParameter(slave, axis, frame, *mode, drive.cmdsource_parameter, *mode->cmdsource);
+    CheckSetpoint(slave, number, axis.since, *mode);
+    const FrameNo newest = std::max(axis.shown.number, axis.requested.number);
+    if (mode->opmode) CheckParameter(slave, number, axis.since, newest, *mode, drive.opmode_parameter);
+    if (mode->cmdsource) CheckParameter(slave, number, axis.since, newest, *mode, drive.cmdsource_parameter);
   }
 
   void CheckSetpoint(SlaveId slave, std::uint8_t axis, const FrameRef& frame, const device::OperationMode& mode) {
@@ -141,8 +206,21 @@ class DriveModeSetpoint final : public Rule {
     }
   }
 
-  void CheckParameter(SlaveId slave, std::uint8_t axis, const FrameRef& frame, const device::OperationMode& mode,
-                      std::string_view keyword, std::int32_t expected) {
+  /// Whether the master wrote a set point of the mode by SDO. @param key  of a finding that is held
+  [[nodiscard]] bool IsWritten(const Finding& finding, std::uint64_t key) const {
+    if (finding.kind != &kOtherMode) return false;
+    const device::OperationMode* const mode =
+        context().slave(finding.slave).profile->drive->FindMode(static_cast<std::int8_t>(key & 0xFFU));
+    return mode != nullptr &&
+           std::any_of(mode->setpoints.begin(), mode->setpoints.end(), [&](const device::ObjectAddress& object) {
+             const std::uint32_t index = model::ObjectOfAxis(object.index, finding.axis);
+             return written_.contains({finding.slave, index << 8U | object.subindex});
+           });
+  }
+
+  /// @param newest  the last change of the mode: it sets the parameter, and older values mean nothing
+  void CheckParameter(SlaveId slave, std::uint8_t axis, const FrameRef& frame, FrameNo newest,
+                      const device::OperationMode& mode, std::string_view keyword) {
     const model::SlaveModel& model = context().slave(slave);
     bool inferred = false;
     const device::DictionaryObject* object = ObjectOf(*model.profile, keyword);
@@ -152,20 +230,26 @@ class DriveModeSetpoint final : public Rule {
         if (object == nullptr) object = ObjectOf(*other, keyword);
       }
     }
-    const model::ObjectValue* value = object == nullptr ? nullptr : model.objects.Find(object->index, object->subindex);
-    if (value == nullptr || value->as_signed() == expected) return;
+    if (object == nullptr) return;
+    const bool is_source = keyword == model.profile->drive->cmdsource_parameter;
+    const std::int32_t expected = is_source ? *mode.cmdsource : *mode.opmode;
+    const std::uint16_t index = model::ObjectForAxis(object->index, axis);
+    const model::ObjectValue* const value = model.objects.Find(index, object->subindex);
+    if (value == nullptr || value->since <= newest || value->as_signed() == expected) return;
+    // What this manual prints is no mistake, even if it is read otherwise.
+    if (!is_source && mode.printed_opmode && value->as_signed() == *mode.printed_opmode) return;
     Finding finding = Found(kOpmode, slave, frame);
     if (inferred || value->certainty == Certainty::kInferred) finding.confidence = Confidence::kInferred;
     finding.Set("mode", ModeValue(*model.profile, mode.value))
         .Set("parameter", arg::Text(keyword))
         .Set("expected", arg::Number(expected))
         .Set("value", arg::Number(value->as_signed()))
-        .Set("object", arg::Object(object->index, object->subindex))
+        .Set("written", arg::Flag(value->written))
+        .Set("object", arg::Object(index, object->subindex))
         .Set("value_frame", arg::Frame(value->since))
         .Set("source", arg::Text(mode.source));
     AddRelated(finding, value->since);
-    const std::uint64_t key = 0x100U | static_cast<std::uint8_t>(mode.value) |
-                              (keyword == model.profile->drive->cmdsource_parameter ? 0x200U : 0U);
+    const std::uint64_t key = kParameter | static_cast<std::uint8_t>(mode.value) | (is_source ? kCommandSource : 0);
     Hold(axis, key, std::move(finding), mode.source);
   }
 
@@ -178,18 +262,15 @@ class DriveModeSetpoint final : public Rule {
   }
 
   void Hold(std::uint8_t axis, std::uint64_t key, Finding finding, const std::string& source) {
+    if (held_.Repeat(finding.slave, AxisKey(axis) | key, finding.first)) return;
     finding.reference = ReferenceTo(source);
     NameAxis(finding, axis);
-    const std::pair id{finding.slave, AxisKey(axis) | key};
-    if (const auto known = held_.find(id); known != held_.end()) {
-      ++known->second.count;
-      known->second.last = finding.first;
-    } else {
-      held_.emplace(id, std::move(finding));
-    }
+    held_.Hold(AxisKey(axis) | key, std::move(finding));
   }
 
-  std::map<std::pair<SlaveId, std::uint64_t>, Finding> held_;  // until it is known what else reports it
+  std::map<std::pair<SlaveId, std::uint8_t>, Axis> axes_;
+  std::set<std::pair<SlaveId, std::uint32_t>> written_;  ///< objects and subindices by downloads
+  HeldFindings held_;                                    // what else reports it is known at the end
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveModeSetpoint>};

@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <map>
 #include <string>
 #include <utility>
 
 #include "analyzers/judge/drive_knowledge.h"
+#include "analyzers/judge/held_findings.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
@@ -23,10 +23,10 @@ constexpr FindingKind kNoEffect{
 {target}]). In {frame}, {waited_ms} later, the status word is still {status_word} ({state}). The limit is
 {limit_ms}.[{?no_voltage} Bit 4 of the status word is 0: the drive has no supply voltage.])",
     .next =
-        R"([{?edge}Send bit {edge} of the control word as 0, then as 1 (0x0007, then 0x000f): the positive edge activates the
-set points.][{!edge}[{?no_voltage}Check the supply, hardware enable and safe torque off.][{?in_fault}The cause of the fault may
-still be present: read the fault from the drive (1003h).][{!no_voltage}[{!in_fault}Check hardware enable, safe torque off and
-whether the fieldbus may control the drive.]]])",
+        R"([{?edge}Send bit {edge} of the control word as 0, then as 1 ({word_without}, then
+{word_with}).][{!edge}[{?no_voltage}Check the supply, hardware enable and safe torque off.][{?in_fault}The cause of
+the fault may still be present: read the fault from the drive (1003h).][{!no_voltage}[{!in_fault}Check hardware
+enable, safe torque off and whether the fieldbus may control the drive.]]])",
     .identity = "transition"};
 constexpr const FindingKind* kKinds[] = {&kNoEffect};
 
@@ -83,11 +83,7 @@ class DriveNoReaction final : public Rule {
 
   void On(const model::DriveNoReaction& e) {
     const std::uint64_t key = AxisKey(e.axis) | e.transition;
-    if (const auto known = found_.find({e.slave, key}); known != found_.end()) {
-      ++known->second.count;
-      known->second.last = e.frame;
-      return;
-    }
+    if (held_.Repeat(e.slave, key, e.frame)) return;
     const device::DriveProfile& drive = *context().slave(e.slave).profile->drive;
     const device::DriveTransition* transition = drive.Find(e.transition);
     model::DrivePath path;
@@ -111,25 +107,25 @@ class DriveNoReaction final : public Rule {
     AddRelated(finding, e.command.number);
     finding.reference = ReferenceTo(drive.source);
     NameAxis(finding, e.axis);
-    found_.emplace(std::pair(e.slave, key), std::move(finding));
+    held_.Hold(key, std::move(finding));
   }
 
   void Finish() override {
-    for (auto& [id, finding] : found_) {
-      const progress::AxisWatch* const axis = context().progress().axis(id.first, finding.axis);
+    held_.Release([this](std::uint64_t key, Finding finding) {
+      const progress::AxisWatch* const axis = context().progress().axis(finding.slave, finding.axis);
       const FrameRef enabled = axis != nullptr ? axis->enable().enabled_since() : FrameRef{};
       const FrameRef& last = finding.last.seen() ? finding.last : finding.first;
       if (enabled.number <= last.number) {
-        (void)Report(id.second, std::move(finding));
-        continue;
+        (void)Report(key, std::move(finding));
+        return;
       }
       finding.Set("solved", arg::Flag());
       Arguments later;
       later.Set("frame", arg::Frame(enabled.number));
       finding.Add(kEnabledLater, std::move(later));
       AddRelated(finding, enabled.number);
-      (void)Report(id.second, Severity::kInfo, std::move(finding));
-    }
+      (void)Report(key, Severity::kInfo, std::move(finding));
+    });
     NotEvaluableFor([](const model::SlaveModel& slave) {
       std::optional<Reason> why = DriveWordsMissing(slave, true);
       if (why) return why;
@@ -141,7 +137,7 @@ class DriveNoReaction final : public Rule {
   }
 
  private:
-  std::map<std::pair<SlaveId, std::uint64_t>, Finding> found_;  // reported at the end: the drive may be slow only
+  HeldFindings held_;  // the drive may be slow only
 
   /// The drive may wait for an edge that only the description of the state names.
   static void DescribeEdge(Finding& finding, const model::DriveNoReaction& e, const device::DriveProfile& drive) {
@@ -156,8 +152,10 @@ class DriveNoReaction final : public Rule {
           std::find(known.transitions.begin(), known.transitions.end(), e.transition) != known.transitions.end();
       if (commands && (known.mask >> bit & 1U) != 0) command = &known;
     }
-    if (command == nullptr) return;
-    finding.Set("edge", arg::Number(bit));
+    // The table has to print the level that was sent.
+    if (command == nullptr || !has(command->value)) return;
+    const auto without = static_cast<std::uint16_t>(e.word & ~(1U << bit));
+    finding.Set("edge", arg::Number(bit)).Set("word_without", arg::Hex(without)).Set("word_with", arg::Hex(e.word));
     finding.Add(kEdge, {{"described", arg::Text(row->source)},
                         {"bit", arg::Number(bit)},
                         {"state", StateValue(e.state)},

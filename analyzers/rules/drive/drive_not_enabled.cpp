@@ -1,8 +1,10 @@
 #include <array>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "analyzers/judge/axis_rule.h"
+#include "analyzers/judge/rule_context.h"
 
 namespace ecaudit::drive_not_enabled {
 namespace {
@@ -23,9 +25,9 @@ constexpr FindingKind kResetStands{
         "Fault reset (bit 7) stays 1[{?solved} for {lasted_ms} before its rising edge]"
         "[{!solved}: no rising edge resets the fault]",
     .message =
-        R"(Bit 7 of the control word ({control_word}) is 1 from {frame} on, for {lasted_ms}. Since then the drive shows {state}
-(status word {status_word}, {shown_frame}).[ The drive reports {reason}.] A fault is reset by the rising edge of
-bit 7, from 0 to 1.)",
+        R"(Bit 7 of the control word ({control_word}) is 1 from {frame} on, for {lasted_ms}. Since then the drive
+shows {state} (status word {status_word}, {shown_frame}).[ The drive reports {reason}.] A fault is reset by the
+rising edge of bit 7, from 0 to 1.)",
     .next = "After the cause of the fault is corrected, send bit 7 as 0 for some cycles, then as 1.",
     .identity = "",
     .next_stays = true};
@@ -59,9 +61,9 @@ constexpr FindingKind kShutdownMissing{
         "[{?solved}Shutdown (0x0006) comes only after {lasted_ms} of {control_word}]"
         "[{!solved}Shutdown (0x0006) is missing before control word {control_word}]",
     .message =
-        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status
-word {status_word}, {shown_frame}). The way from Switch on disabled to Operation enabled begins with Shutdown:
-bits 1 and 2 are 1, bit 0 is 0.)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state}
+(status word {status_word}, {shown_frame}). The way from Switch on disabled to Operation enabled begins with
+Shutdown: bits 1 and 2 are 1, bit 0 is 0.)",
     .next = "Send 0x0006 until the drive shows Ready to switch on, then 0x0007, then 0x000f.",
     .identity = "control_word"};
 
@@ -71,8 +73,8 @@ constexpr FindingKind kNoVoltage{
         "No voltage (status bit 4 = 0)[{?solved} for {lasted_ms}, then the drive is enabled]"
         "[{!solved}: the drive stays in {state}]",
     .message =
-        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}, and
-bit 4 (voltage enabled) of its status word {status_word} is 0 ({shown_frame}).)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state},
+and bit 4 (voltage enabled) of its status word {status_word} is 0 ({shown_frame}).)",
     .next = "Check the power supply of the motor, the hardware enable input and safe torque off.",
     .identity = "state"};
 
@@ -92,8 +94,8 @@ constexpr FindingKind kNotReady{
     .name = "not-ready",
     .title = "Not ready to switch on[{?solved} for {lasted_ms}]: the drive accepts no enable word",
     .message =
-        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state} (status
-word {status_word}, {shown_frame}) and accepts no command there.)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state}
+(status word {status_word}, {shown_frame}) and accepts no command there.)",
     .next =
         "Wait until the drive has come up. Check its logic supply, and whether the status word is mapped where it is "
         "read.",
@@ -105,8 +107,8 @@ constexpr FindingKind kNotInOp{
         "[{?solved}The master enables the drive {lasted_ms} before it requests OP]"
         "[{!solved}OP is never requested, but the master enables the drive]",
     .message =
-        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The slave is not in OP, and the
-master did not request OP up to {shown_frame}. Outputs act in OP only.)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The slave is not in OP, and
+the master did not request OP up to {shown_frame}. Outputs act in OP only.)",
     .next = "Request OP, and send the enable sequence after AL Status shows OP.",
     .identity = ""};
 
@@ -114,8 +116,8 @@ constexpr FindingKind kOverwritten{
     .name = "control-word-overwritten",
     .title = "SDO control word {by_sdo} is overwritten by process data ({mapped})",
     .message =
-        R"(The master wrote control word {by_sdo} by SDO in {frame}. The process data hold {mapped} for the same object in
-every cycle. The drive shows {state} (status word {status_word}, {shown_frame}).)",
+        R"(The master wrote control word {by_sdo} by SDO in {frame}. The process data hold {mapped} for the same
+object in every cycle. The drive shows {state} (status word {status_word}, {shown_frame}).)",
     .next = "Write the control word into the process data, or take it out of the PDO mapping.",
     .identity = "by_sdo mapped"};
 
@@ -125,8 +127,8 @@ constexpr FindingKind kLocal{
         "Local control (status bit 9 = 0)[{?solved} for {lasted_ms}, then the drive is enabled]"
         "[{!solved}: the drive stays in {state}]",
     .message =
-        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state}, and
-bit 9 (remote) of its status word {status_word} is 0 ({shown_frame}): it does not act on the control word.)",
+        R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive stays in {state},
+and bit 9 (remote) of its status word {status_word} is 0 ({shown_frame}): it does not act on the control word.)",
     .next = "Give the control to the fieldbus: close the commissioning software, and check the command source.",
     .identity = "state"};
 
@@ -158,6 +160,9 @@ constexpr const FindingKind* kKinds[] = {
 constexpr NoteKind kEnabledLater{.name = "enabled-later", .text = "The drive shows Operation enabled in {frame}."};
 constexpr const NoteKind* kNotes[] = {&kEnabledLater};
 
+// A fault lasts because its reset has no edge.
+constexpr std::string_view kAfter[] = {"drive-fault"};
+
 constexpr RuleInfo kInfo{.id = "drive-not-enabled",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kWarning,
@@ -166,6 +171,7 @@ constexpr RuleInfo kInfo{.id = "drive-not-enabled",
                          .source = "CIA402, state machine",
                          .kinds = kKinds,
                          .notes = kNotes,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether an axis reaches Operation enabled when the master asks for it, and what is missing if it does not:
@@ -187,6 +193,9 @@ Bit 3 of the control word asks for Operation enabled if it rises while the drive
 when the slave comes to OP. A quick stop of an enabled drive is no such request, and neither is 0x0006. What no
 drive can follow (a bit that is 0) counts after 200 ms, a missing edge or Shutdown after 500 ms, what a drive may be
 slow in after 1 s. Attempts that the master gives up are added.
+
+If a fault was already active when first seen, and bit 7 stays 1, this finding is the cause of drive-fault: the fault
+lasts because of it.
 
 If the drive shows Operation enabled after that, the finding is an info with its duration: a supply that comes up, or a
 machine that waited. In a capture that begins mid-run the finding is inferred if the word was there from the start.
@@ -218,7 +227,25 @@ class DriveNotEnabled final : public AxisRule {
  public:
   DriveNotEnabled() : AxisRule(kInfo, kRows) {}
 
+  void Finish() override {
+    AxisRule::Finish();
+    const std::vector<Finding>& findings = context().store.findings();
+    for (FindingIndex i = 0; i < findings.size(); ++i) {
+      const Finding& own = findings[i];
+      if (own.kind == &kResetStands && own.severity != Severity::kInfo) ExplainFault(own.slave, own.axis, i);
+    }
+  }
+
  private:
+  /// What began before the capture lasts since the reset has no edge: that is what the master can correct.
+  void ExplainFault(SlaveId slave, std::uint8_t axis, FindingIndex cause) {
+    for (Finding& fault : context().store.findings()) {
+      const bool lasts =
+          fault.rule == "drive-fault" && fault.kind->name == "already-in-fault" && fault.until == Finding::kCaptureEnds;
+      if (lasts && fault.slave == slave && fault.axis == axis && fault.caused_by == kNoFinding) fault.caused_by = cause;
+    }
+  }
+
   void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch&) override {
     if (record.solved) {
       finding.Set("solved", arg::Flag());

@@ -9,8 +9,8 @@ constexpr FindingKind kFollowingError{
     .name = "following-error",
     .title = "Following error (status bit 13) while the drive is enabled",
     .message =
-        R"(Bit 13 of the status word {status_word} is 1 from {frame} on ({shown_frame}), in mode {mode}. The drive cannot
-follow its set point.[ Target {target}, actual value {actual}.])",
+        R"(Bit 13 of the status word {status_word} is 1 from {frame} on ({shown_frame}), in mode {mode}. The drive
+cannot follow its set point.[ Target {target}, actual value {actual}.])",
     .next =
         "Compare the change of the target in a cycle with what the axis can do; check the following error window "
         "(6065h), load, brake and scaling.",
@@ -28,17 +28,20 @@ procedure failed.)",
 constexpr FindingKind kStandsStill{
     .name = "stands-still",
     .title =
-        "[{?halted}Halt (bit 8) is 1 while the][{!halted}The axis stands still while its] {quantity} set point asks "
-        "for motion",
+        "[{?solved_frame}The axis follows its {quantity} set point only after {lasted_ms}]"
+        "[{!solved_frame}[{?halted}Halt (bit 8) is 1 while the][{!halted}The axis stands still while its] {quantity} "
+        "set "
+        "point asks for motion]",
     .message =
-        R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value
-{actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
-({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11 shows that
-an internal limit is active.])",
+        R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual
+value {actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
+({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11 shows that an
+internal limit is active.][ The axis followed the same set point from {solved_frame} on.])",
     .next =
+        "[{?solved_frame}Check the release of brake and drive, if this time is not wanted.][{!solved_frame}"
         "[{?halted}Clear bit 8 of the control word ({control_word}).][{!halted}Check brake, torque limit (6072h) and "
         "[{?velocity}halt (bit 8)][{!velocity}limit switches], whether the drive uses this set point in its mode, and "
-        "scaling.]",
+        "scaling.]]",
     .identity = "quantity"};
 
 constexpr FindingKind kLags{
@@ -57,8 +60,8 @@ constexpr FindingKind kWrongWay{
     .name = "wrong-way",
     .title = "The axis moves against its {quantity} set point",
     .message =
-        R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual value
-{actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
+        R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual
+value {actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
 ({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11 shows that an
 internal limit is active.])",
     .next = "Check the polarity (607Eh) and the direction of motor and encoder.",
@@ -74,19 +77,34 @@ limit at 0 does not move. The drive shows {state} (status word {status_word}), m
     .next = "Send a value for {limit:number} in each cycle, or take it out of the PDO mapping.",
     .identity = "limit"};
 
+constexpr FindingKind kOtherScale{
+    .name = "other-scaling",
+    .title = "Target velocity {set_point}, velocity actual value steady at {actual_value}",
+    .message =
+        R"(From {frame} on, for {lasted_ms}, the target velocity is {set_point} and the velocity actual value
+{actual_value} ({shown_frame}). The actual value is steady and not 0, so the axis may turn, and the two values may be in
+different units. The position actual value (6064h) is not in the capture.)",
+    .next = "Compare the units of target and actual velocity in the manual, and map 6064h.",
+    .identity = ""};
+
 constexpr FindingKind kHomingStands{
     .name = "homing-stands-still",
-    .title = "Homing is started (bit 4), but the axis does not move",
+    .title =
+        "[{?solved_frame}Homing took more than {lasted_ms} without a visible motion]"
+        "[{!solved_frame}Homing is started (bit 4), but the axis does not move]",
     .message =
-        R"(Bit 4 of the control word ({control_word}) starts homing in {frame}. For {lasted_ms} the position actual value
-changes by no more than {travel} ({shown_frame}). The status word {status_word} shows neither homing attained (bit 12) nor an error (bit
-13).)",
+        R"(Bit 4 of the control word ({control_word}) starts homing in {frame}. For {lasted_ms} the position actual
+value changes by no more than {travel} ({shown_frame}). The status word {status_word} shows neither homing attained
+(bit 12) nor an error (bit 13).[ In {solved_frame} bit 12 shows that homing is attained.])",
     .next =
-        "Check the homing method (6098h), the speeds (6099h) and the acceleration (609Ah): a speed of 0 does not move.",
+        "[{?solved_frame}Check the speeds (6099h) and the release of the brake, if this time is not wanted.]"
+        "[{!solved_frame}Check the homing method (6098h), the speeds (6099h) and the acceleration (609Ah): a speed of "
+        "0 "
+        "does not move.]",
     .identity = ""};
 
 constexpr const FindingKind* kKinds[] = {&kFollowingError, &kHomingError, &kStandsStill, &kLags,
-                                         &kWrongWay,       &kZeroLimit,   &kHomingStands};
+                                         &kWrongWay,       &kZeroLimit,   &kOtherScale,  &kHomingStands};
 
 constexpr RuleInfo kInfo{.id = "drive-not-following",
                          .group = "Drive profile (DS402)",
@@ -111,9 +129,14 @@ The drive is enabled and commanded, and the axis is not where the master thinks 
 - A velocity of which the drive shows less than a twentieth, or the other sign, and which does not come nearer to its
   target for 1 s. A ramp comes nearer. 60FFh is compared with 606Ch, 6042h with 6044h.
 - Halt in a profile mode is no violation, and neither are bits 4 to 6 in velocity mode (2) if they are not all 1.
+- An axis whose position moves does not stand still, whatever its velocity shows. If the position is not in the
+  capture, a steady velocity other than 0 is an inferred info: the two values may be in different units.
+- In homing an axis moves that makes 2 steps or more, all of them one way.
+- If the axis then follows the same start (profile position, homing) or set point (profile velocity, velocity mode),
+  the finding is an info with its duration: a brake, a release.
 - A velocity with an active internal limit (bit 11 of the status word) is an info: a winder or a clamp works so.
 
-If the axis follows again later, the finding stays, and the capture passes.
+If the axis follows another command later, the finding stays, and the capture passes.
 
 ## Example
 tests/rules/drive-not-following/violates.trace: the axis stands still.
@@ -129,6 +152,7 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kLags, &kLags},
     AxisRule::Row{progress::AxisFact::kWrongWay, &kWrongWay},
     AxisRule::Row{progress::AxisFact::kZeroLimit, &kZeroLimit},
+    AxisRule::Row{progress::AxisFact::kOtherScale, &kOtherScale},
     AxisRule::Row{progress::AxisFact::kHomingStands, &kHomingStands},
 };
 
@@ -147,6 +171,10 @@ class DriveNotFollowing final : public AxisRule {
         finding.Set("target", arg::Number(record.a)).Set("actual", arg::Number(record.b));
       }
       return;
+    }
+    if (record.healthy && record.solved_at.seen()) {
+      finding.Set("solved_frame", arg::Frame(record.solved_at.number));
+      AddRelated(finding, record.solved_at.number);
     }
     if (record.fact == progress::AxisFact::kHomingStands) {
       finding.Set("travel", arg::Number(progress::Magnitude(record.b)));

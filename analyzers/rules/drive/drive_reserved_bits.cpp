@@ -1,3 +1,5 @@
+#include <bit>
+
 #include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -10,10 +12,10 @@ namespace {
 
 constexpr FindingKind kControl{
     .name = "control-word",
-    .title = "Reserved bits {bits} are set in control word {control_word}",
+    .title = "Reserved {bit_count?bit|bits} {bits} {bit_count?is|are} set in control word {control_word}",
     .message =
-        "The master sends control word {control_word} in {frame}, in OP. Its bits {bits} are reserved[ in mode "
-        "{mode}].",
+        "The master sends control word {control_word} in {frame}, in OP. Its {bit_count?bit|bits} {bits} "
+        "{bit_count?is|are} reserved[ in mode {mode}].",
     .next =
         "Check whether the control word is mapped where the master writes it: a mapping that is shifted looks like "
         "this.",
@@ -33,7 +35,7 @@ constexpr const FindingKind* kKinds[] = {&kControl, &kStatus};
 constexpr RuleInfo kInfo{.id = "drive-reserved-bits",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kInfo,
-                         .title = "Bits of control or status word that the manual fixes have another level",
+                         .title = "Bits of control or status word differ from the level in the manual",
                          .needs = "control word 6040h and status word 6041h; the AL state",
                          .source = "CIA402, control word and status word",
                          .kinds = kKinds,
@@ -78,11 +80,7 @@ class DriveReservedBits final : public Rule {
     if (reserved.bits == 0) return;
     Finding finding = Found(kControl, slave, reserved.frame);
     finding.Set("control_word", arg::Hex(reserved.word));
-    std::vector<Value> bits;
-    for (unsigned bit = 0; bit < 16; ++bit) {
-      if ((reserved.bits >> bit & 1U) != 0) bits.push_back(arg::Number(bit));
-    }
-    finding.Set("bits", arg::List(std::move(bits)));
+    finding.Set("bits", arg::Bits(reserved.bits)).Set("bit_count", arg::Number(std::popcount(reserved.bits)));
     if (reserved.mode) finding.Set("mode", ModeValue(*context().slave(slave).profile, *reserved.mode));
     NameAxis(finding, number);
     (void)Report(AxisKey(number), std::move(finding));

@@ -10,7 +10,8 @@ constexpr FindingKind kAtEnable{
     .title = "Enabled with target position {target}, actual value {actual}",
     .message =
         R"(When the drive is enabled ({frame}) the target position (607Ah) is {target} and the position actual value
-(6064h) is {actual}. After that the target changes by at most {step} in a cycle.[{?fault} The drive shows status
+(6064h) is {actual}. After that the target [{?constant}does not change][{!constant}changes by at most
+{step} in a cycle].[{?fault} The drive shows status
 word {status_word} in {shown_frame}.][{!fault} The axis runs to the target: up to {shown_frame} it makes a fifth
 of the way.] In {mode} the target has to start at the actual value.)",
     .next =
@@ -22,8 +23,8 @@ constexpr FindingKind kJump{
     .name = "jump",
     .title = "Target position jumps from {from} to {target}",
     .message =
-        R"(In {frame} the target position (607Ah) goes from {from} to {target} in one cycle; before, it changed by at most
-{step} in a cycle. The drive then shows status word {status_word} ({shown_frame})[ and reports {reason}].)",
+        R"(In {frame} the target position (607Ah) goes from {from} to {target} in one cycle; before, it changed by at
+most {step} in a cycle. The drive then shows status word {status_word} ({shown_frame})[ and reports {reason}].)",
     .next = "Limit the change of the target in a cycle to what the axis can do, also after a change of the trajectory.",
     .identity = ""};
 
@@ -31,9 +32,9 @@ constexpr FindingKind kEcho{
     .name = "target-repeats-actual",
     .title = "The target position only repeats the position actual value",
     .message =
-        R"(From {frame} to {shown_frame} ({lasted_ms}) the target position (607Ah) is the actual value (6064h) of the cycle
-before, in {changes}. The drive is enabled, and the axis moves by {travel} in between. Such a target gives the
-drive no position to hold, unless the axis is moved by hand on purpose.)",
+        R"(From {frame} to {shown_frame} ({lasted_ms}) the target position (607Ah) is the actual value (6064h) of the
+cycle before, in {changes}. The drive is enabled, and the axis moves by {travel} in between. Such a target gives the
+drive no position to hold. It is right only if the axis is moved by hand.)",
     .next =
         "Stop copying the actual value into the target when the drive is enabled, and continue from the last target.",
     .identity = ""};
@@ -42,9 +43,10 @@ constexpr FindingKind kOutside{
     .name = "outside-limits",
     .title = "Target position {target} is beyond the software limit {limit} (607Dh)",
     .message =
-        R"(The target position (607Ah) is {target} from {frame} on, for {lasted_ms} ({shown_frame}). The software position
-limit (607Dh) in the capture is {limit}.[{?followed} The axis goes there all the same: its position actual value is
-{actual}.][{?standing} The position actual value is {actual}.][{?unseen} The position actual value is not in the capture.])",
+        R"(The target position (607Ah) is {target} from {frame} on, for {lasted_ms} ({shown_frame}). The software
+position limit (607Dh) in the capture is {limit}.[{?followed} The axis goes there all the same: its position actual
+value is {actual}.][{?standing} The position actual value is {actual}.][{?unseen} The position actual value is not in
+the capture.])",
     .next =
         "[{?followed}Check the unit of 607Dh, and whether the drive uses it before homing.]"
         "[{!followed}Change the target, or the limits in 607Dh.]",
@@ -69,11 +71,14 @@ The axis runs to a wrong target at full speed, or stops with a following error.
 
 ## How it is decided
 A jump is more than 50 times what the target changes in a cycle otherwise, at least 500 increments, and something
-comes of it within 500 ms: the axis runs there, the drive faults or shows a following error. An echo is a target
-that equals the actual value of the cycle before in 50 changes in a row, over at least 500 ms, while the axis moves.
-A change of its speed has to be among them. It is inferred: an axis may be moved by hand on purpose.
-Limits count if they were read or written by SDO. If the axis goes beyond them, or 6064h is not in the capture, the
-finding is an info.
+comes of it within 500 ms: the axis comes a fifth nearer, the drive faults or shows a following error.
+
+An echo is a target that equals the actual value of the cycle before in 50 changes in a row, over at least 500 ms,
+while the axis moves. A change of its speed has to be among them. It is inferred: an axis may be moved by hand on
+purpose.
+
+Limits count if they were read or written by SDO, and the target is at least 500 increments beyond them. If the axis
+goes beyond them, or 6064h is not in the capture, the finding is an info.
 
 ## Example
 tests/rules/drive-setpoint-jump/violates.trace: the target is 0 when the drive is enabled.
@@ -98,7 +103,7 @@ class DriveSetpointJump final : public AxisRule {
     switch (record.fact) {
       case progress::AxisFact::kJumpAtEnable:
         finding.Set("target", arg::Number(record.a)).Set("actual", arg::Number(record.b));
-        finding.Set("step", arg::Number(record.c));
+        finding.Set("step", arg::Number(record.c)).Set("constant", arg::Flag(record.c == 0));
         return;
       case progress::AxisFact::kJumpInOperation:
         finding.Set("from", arg::Number(record.a)).Set("target", arg::Number(record.b));

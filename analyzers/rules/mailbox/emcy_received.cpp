@@ -32,8 +32,9 @@ constexpr FindingKind kErrorFree{
     .title = "Emergency {error_code:number}[{?meaning}: [{id} ][{?of_class}class ]{meaning}]",
     .message = R"(The slave reports that it is free of errors again, with emergency error code
 {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})]. The error register is
-{error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of this family has no
-row for this code: the meaning is that of a related family, {relative} ({source}).][{!meaning} No table has this code.])",
+{error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of this family
+[{?id_source}names {id} ({id_source}), but ]has no row for this code: code and meaning are those of a related family,
+{relative} ({source}).][{!meaning} No table has this code.])",
     .next = "",
     .identity = "error_code"};
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <utility>
@@ -49,6 +50,17 @@ from {gap_frame} on. Earlier writes are not in the capture.][{!gap_frame}The cap
 the mailbox.] The processor of the slave does not run, or does not serve the mailbox.)",
     .next = R"(Check whether the processor of the slave runs, and whether it serves its mailbox in this AL state.)"};
 
+constexpr FindingKind kSlow{
+    .name = "slow-response",
+    .title = "Response to the [SDO request for {object}][{!object}{protocol} request] only after {waited_ms}",
+    .message =
+        R"(The master wrote the [SDO request for {object}][{!object}{protocol} request] in {frame}. {waited_ms} later, in
+{last_poll_frame}, the mailbox was still empty. The response came in {response_frame}.[ The slave sent {others} within
+{usual_ms}.])",
+    .next = R"(Give this request a longer time-out, and do not send process data in the task that waits for it.
+[{?may_store}If the slave stores parameters, it may take as long.][{!may_store}Check what the slave does in this time.])",
+    .identity = "protocol object"};
+
 // What happened to the request.
 constexpr NoteKind kStillFull{
     .name = "still-full",
@@ -92,7 +104,7 @@ constexpr NoteKind kFurther{
 this mailbox.] {further} had no response, the last of them the [SDO request for {object}][{!object}{protocol} request]
 in {last_request_frame}.)"};
 
-constexpr const FindingKind* kKinds[] = {&kNoResponse, &kTooEarly, &kStuck};
+constexpr const FindingKind* kKinds[] = {&kNoResponse, &kTooEarly, &kStuck, &kSlow};
 constexpr const NoteKind* kNotes[] = {&kStillFull,        &kResponseLost,     &kRequestLost, &kNotKnownIfRead,
                                       &kReadCounterRight, &kReadCounterEqual, &kRead,        &kLateResponse,
                                       &kReadLost,         &kFurther};
@@ -142,7 +154,9 @@ The request never got a response, and one of these is true:
 - The master gave up earlier, but after at least half of the limit: it sent another request, took the slave to INIT, or
   did not poll for longer than the limit. SOEM gives up after 700 ms.
 
-A late response is a response, however late it is.
+A late response is a response, however late it is. It has its own kind if the mailbox was still empty when the limit was
+over, and other responses of the slave took a tenth of it at most. Parameters are stored with 1010h and 1011h, which
+takes long, and perhaps with objects of the manufacturer: a write to one of those is an info.
 
 - A request that is written after the master requested a state out of INIT, and before AL Status showed it, has its own
   kind: the mailbox was not active yet. If AL Status was not read in between, that is inferred, and only for requests
@@ -171,6 +185,7 @@ class MailboxNoResponse final : public Rule {
  public:
   MailboxNoResponse() : Rule(kInfo) {
     Subscribe<mailbox::MailboxUnanswered>(&MailboxNoResponse::On);
+    Subscribe<mailbox::MailboxAnswered>(&MailboxNoResponse::On);
     Subscribe<mailbox::MailboxReadLost>(&MailboxNoResponse::On);
     Subscribe<mailbox::MailboxMessage>(&MailboxNoResponse::On);
     Subscribe<mailbox::SdoUnexpected>(&MailboxNoResponse::On);
@@ -216,6 +231,20 @@ class MailboxNoResponse final : public Rule {
                                                       until,   e.request.index, e.request.subindex};
     if ((e.read_lost || e.certainty == Certainty::kUnknown) && lost_.size() < FindingStore::kMaxFindings)
       lost_.push_back({e.slave, index, request.number, until, {}, {}});
+  }
+
+  /// The master waited long enough, so nothing failed.
+  void On(const mailbox::MailboxAnswered& e) {
+    if (!e.request.frame.has_time || !e.answer.has_time || e.read_lost) return;
+    Pace& pace = PaceOf(e.slave);
+    const bool waited = e.last_poll.seen() && e.last_poll.has_time;
+    const TimeNs waited_ns = waited ? Elapsed(e.request.frame.time, e.last_poll.time) : 0;
+    if (waited_ns < context().Limit("mailbox-no-response", kMailboxAnswerLimit)) {
+      ++pace.responses;
+      pace.longest_ns = std::max(pace.longest_ns, Elapsed(e.request.frame.time, e.answer.time));
+      return;
+    }
+    if (!IsStoring(e.request) && pace.slow.size() < kMostSlow) pace.slow.push_back({e, waited_ns});
   }
 
   /// The problem may have begun before the capture.
@@ -287,6 +316,7 @@ class MailboxNoResponse final : public Rule {
 
   void Finish() override {
     for (Silence& silence : silences_) BreakSilence(silence, 0);
+    for (const Pace& pace : paces_) ReportSlow(pace);
     if (NotEvaluableWithoutReturns()) return;
     std::vector<Finding>& findings = context().store.findings();
     for (std::size_t i = 0; i < findings.size(); ++i) {
@@ -330,6 +360,62 @@ class MailboxNoResponse final : public Rule {
     std::uint8_t requested = 0;
     FrameRef requested_frame;
   };
+
+  /// How long the slave takes.
+  struct Pace {
+    struct Slow {
+      mailbox::MailboxAnswered answered;
+      TimeNs waited_ns = 0;
+    };
+    std::uint64_t responses = 0;  ///< within the limit ...
+    TimeNs longest_ns = 0;        ///< ... and the longest wait for one
+    std::vector<Slow> slow;       ///< at most kMostSlow
+  };
+  static constexpr std::size_t kMostSlow = 16;
+
+  Pace& PaceOf(SlaveId slave) {
+    if (slave >= paces_.size()) paces_.resize(static_cast<std::size_t>(slave) + 1);
+    return paces_[slave];
+  }
+
+  static bool IsDownload(const mailbox::RequestSummary& request) {
+    constexpr unsigned kDownloadInitiate = 1;
+    return request.protocol == mailbox::Protocol::kCoE &&
+           request.operation == static_cast<std::uint8_t>(mailbox::CoeService::kSdoRequest) &&
+           request.command >> 5U == kDownloadInitiate;
+  }
+  /// Parameters are stored, or set back: that takes long.
+  static bool IsStoring(const mailbox::RequestSummary& request) {
+    constexpr std::uint16_t kStore = 0x1010, kRestore = 0x1011;
+    return IsDownload(request) && (request.index == kStore || request.index == kRestore);
+  }
+  /// An object of the manufacturer may do so as well.
+  static bool MayStore(const mailbox::RequestSummary& request) {
+    constexpr std::uint16_t kFirst = 0x2000, kLast = 0x5FFF;
+    return IsDownload(request) && request.index && *request.index >= kFirst && *request.index <= kLast;
+  }
+
+  void ReportSlow(const Pace& pace) {
+    constexpr std::uint64_t kSlowKey = 1ULL << 43U;
+    constexpr std::uint64_t kEnough = 2;
+    constexpr TimeNs kMuchSlower = 10;
+    if (pace.responses < kEnough) return;
+    for (const auto& [e, waited_ns] : pace.slow) {
+      const std::uint64_t key = RequestKey(e.request) | kSlowKey;
+      if (pace.longest_ns * kMuchSlower > waited_ns || Repeat(e.slave, key, e.request.frame) != kNoFinding) continue;
+      Finding finding = Found(kSlow, e.slave, e.request.frame);
+      SetRequest(finding.arguments, e.request);
+      finding.Set("waited_ms", arg::Ms(waited_ns))
+          .Set("last_poll_frame", arg::Frame(e.last_poll.number))
+          .Set("response_frame", arg::Frame(e.answer.number))
+          .Set("others", arg::Count(pace.responses, "other response"))
+          .Set("usual_ms", arg::Ms(pace.longest_ns))
+          .Set("may_store", arg::Flag(MayStore(e.request)));
+      AddRelated(finding, e.last_poll.number);
+      AddRelated(finding, e.answer.number);
+      Report(key, MayStore(e.request) ? Severity::kInfo : Severity::kWarning, std::move(finding));
+    }
+  }
 
   Silence& SilenceOf(SlaveId slave) {
     if (slave >= silences_.size()) silences_.resize(static_cast<std::size_t>(slave) + 1);
@@ -441,6 +527,7 @@ class MailboxNoResponse final : public Rule {
 
   std::vector<LostRead> lost_;
   std::vector<Silence> silences_;        // by slave
+  std::vector<Pace> paces_;              // likewise
   std::array<LostRead, 16> reported_{};  // the newest
   std::size_t next_reported_ = 0;
 };

@@ -19,6 +19,7 @@ class HeldInputs {
   void Forget() {
     bytes_.clear();
     begin_ = before_ = FrameRef{};
+    frames_ = {};
   }
   /// The next cycle. @param bytes of all inputs  @param frame that brought them, with a time stamp
   void Take(ByteSpan bytes, const FrameRef& frame) {
@@ -27,21 +28,24 @@ class HeldInputs {
       for (std::vector<std::uint8_t>& changed : changed_) changed.assign(bytes.size(), 0);
       begin_ = frame;
       before_ = FrameRef{};
+      frames_ = {1, 0};
       return;
     }
+    ++frames_[0];
     if (std::memcmp(bytes_.data(), bytes.data(), bytes.size()) != 0) Change(bytes);
     if (Elapsed(begin_.time, frame.time) < kWindowNs) return;
     std::swap(changed_[0], changed_[1]);
     changed_[0].assign(bytes.size(), 0);
+    frames_ = {1, frames_[0] - 1};  // this frame begins the next window
     before_ = begin_;
     begin_ = frame;
   }
   /// The last inputs; empty: none are known.
   [[nodiscard]] ByteSpan bytes() const { return bytes_; }
   /// A frame since which these bits of the inputs hold their value, one window or two ago. Not seen: they changed since
-  /// then, or the inputs are not known for so long.
-  [[nodiscard]] FrameRef HeldSince(std::size_t bit, std::size_t bits) const {
-    if (!before_.seen() || bit + bits > 8 * bytes_.size()) return {};
+  /// then, or the inputs are not known for so long, or in fewer frames than `least`.
+  [[nodiscard]] FrameRef HeldSince(std::size_t bit, std::size_t bits, std::uint32_t least) const {
+    if (!before_.seen() || frames_[0] + frames_[1] < least || bit + bits > 8 * bytes_.size()) return {};
     for (std::size_t i = bit; i < bit + bits; ++i) {
       if (((changed_[0][i / 8] | changed_[1][i / 8]) >> (i % 8) & 1) != 0) return {};
     }
@@ -68,6 +72,7 @@ class HeldInputs {
 
   std::vector<std::uint8_t> bytes_;
   std::array<std::vector<std::uint8_t>, 2> changed_;  ///< bits, in this window and in the one before
+  std::array<std::uint32_t, 2> frames_{};             ///< likewise
   FrameRef begin_;                                    ///< of this window ...
   FrameRef before_;                                   ///< ... and of the one before
 };

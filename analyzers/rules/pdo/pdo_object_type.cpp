@@ -9,6 +9,8 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/process_image.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/progress/axis_view.h"
+#include "analyzers/progress/lasting.h"
 #include "analyzers/progress/progress_model.h"
 #include "analyzers/rules/pdo/held_inputs.h"
 #include "analyzers/words/what.h"
@@ -27,7 +29,7 @@ constexpr FindingKind kLength{
     .title = "{object:number} is mapped with {mapped}, its type has {expected}",
     .message =
         R"(The mapping of {pdo} holds {object} with {mapped}.[{?standard} By CiA 402 the object has
-{expected}.][{!standard} By its dictionary the object has {expected}.][ What follows it in the process data
+{expected}.][{!standard} Its description states {expected}.][ What follows it in the process data
 ({following}) may be read {shift} beside its place.][ The drive confirms this: 6061h is {by_sdo} by SDO and
 {by_process_data} in the process data ({differs_frame}).])",
     .next = "Map {object:number} with {expected}.",
@@ -39,7 +41,7 @@ constexpr FindingKind kDiffers{
     .message =
         R"(The master read {by_sdo} from 6061h by SDO in {frame}. The process data show {by_process_data} for the same
 object from {since_frame} on, for {lasted_ms}. The master reads the inputs at a wrong place.)",
-    .next = "Compare the PDO mapping (1A00h to 1BFFh) and the length of SM3 with what the drive sends.",
+    .next = "Compare the PDO mapping (1A00h to 1BFFh) and the length of SM3 with what the slave sends.",
     .identity = "by_sdo by_process_data"};
 
 constexpr FindingKind kObjectDiffers{
@@ -47,7 +49,7 @@ constexpr FindingKind kObjectDiffers{
     .title = "{object:number} is {by_sdo} by SDO, but {by_process_data} in the process data",
     .message =
         R"(The master read {by_sdo} from {object} by SDO ({frame}). The process data hold {by_process_data} at its place
-from {since_frame} to {until_frame}, before and after that.[ The value lies {distance} {side} its place: what the drive
+before and after that ({since_frame} to {until_frame}).[ The value lies {distance} {side} its place: what the slave
 sends is shifted.] So the master reads these inputs at a wrong place, or the slave fills them with something else.)",
     .next = "Compare the PDO mapping (1A00h to 1BFFh) and the length of SM3 with what the slave sends.",
     .identity = "object"};
@@ -56,8 +58,8 @@ constexpr FindingKind kNoLength{
     .name = "no-length",
     .title = "{object:number} is mapped with 255 bits, which no object has",
     .message =
-        R"(The mapping of {pdo} holds {object} with 255 bits: the length byte of the entry is 0xff. The type of the object is
-not in the capture.[ What follows it in the process data ({following}) is read at a wrong place.])",
+        R"(The mapping of {pdo} holds {object} with 255 bits: the length byte of the entry is 0xff. The type of the
+object is not in the capture.[ What follows it in the process data ({following}) is read at a wrong place.])",
     .next = "Map {object:number} with the length of its type.",
     .identity = "object"};
 
@@ -86,11 +88,14 @@ although lengths and working counters are right.
   entry.
 - If none of them has the object, and the axis shows a control or status word, the type of CiA 402 counts. A wrong
   length is then an inferred info: the slave accepted the mapping, and its object may be longer than in the standard.
-- A difference of 6061h counts if the process data held the other value for at least 100 ms.
+- A difference of 6061h counts if the process data held the other value for at least 100 ms before the answer, and hold
+  it for 50 ms after it.
 - A wrong length is an error if 6061h differs as well.
 - 255 bits are a warning for an object of any type: the length byte is 0xFF.
 - Any object that the inputs hold and that the master reads by SDO in OP is compared. It counts if the process data did
-  not change from 100 ms before the request to 100 ms after the answer. It is a warning.
+  not change from 100 ms before the request to 100 ms after the answer, in at least 5 frames each. It is a warning.
+- Not compared: objects whose manual gives a scale by SDO, and values of which one is 10, 100, ... times the other
+  (another unit). Of 16 bits and more, a difference below 8 is the noise of a measurement.
 
 ## Example
 tests/rules/pdo-object-type/violates.trace: 6077h with 32 bits.
@@ -157,6 +162,8 @@ class PdoObjectType final : public Rule {
  private:
   static constexpr std::size_t kMostCompared = 16;
   static constexpr TimeNs kSettledNs = 100'000'000;
+  /// Before the request and after the answer: of slow inputs 100 ms may be one cycle.
+  static constexpr std::uint32_t kLeastFrames = progress::Lasting::kLeastFrames;
 
   /// An object that had another value by SDO than in the process data.
   struct Compared {
@@ -166,6 +173,7 @@ class PdoObjectType final : public Rule {
     std::uint32_t bits = 0;  ///< of the value by SDO
     FrameRef since;          ///< the process data held their value
     FrameRef answer;
+    std::uint32_t frames_after = 0;  ///< of the process data, since the answer
   };
   /// The inputs of one slave in one datagram.
   struct Held {
@@ -211,15 +219,18 @@ class PdoObjectType final : public Rule {
     constexpr std::uint16_t kModeShown = 0x6061;
     if (axis && axis->second == kModeShown) return;  // the model of the axis compares it
     if (!context().slave(t.slave).al.SettledIn(esc::AlState::OP)) return;
+    const model::Signal* const signal = context().slave(t.slave).process.tx().Find(t.index, t.subindex);
+    if (signal == nullptr || signal->scaled_by_sdo) return;
     const std::uint32_t object = std::uint32_t{t.index} << 8U | t.subindex;
     for (const model::ImagePart::Place& place : held.places) {
       if (place.object != object || place.bit < held.begin) continue;
       const std::uint64_t value = held.ValueAt(place);
       const auto bits = static_cast<std::uint32_t>(8 * t.data.size());
-      const std::uint64_t mask = Mask(std::min<std::uint32_t>(bits, place.bits));
+      const std::uint32_t common = std::min<std::uint32_t>(bits, place.bits);
+      const std::uint64_t mask = Mask(common);
       const std::uint64_t by_sdo = UnsignedOf(t.data);
-      if ((value & mask) == (by_sdo & mask)) return;
-      const FrameRef since = held.inputs.HeldSince(place.bit - held.begin, place.bits);
+      if ((value & mask) == (by_sdo & mask) || MayBeEqual(value & mask, by_sdo & mask, common)) return;
+      const FrameRef since = held.inputs.HeldSince(place.bit - held.begin, place.bits, kLeastFrames);
       if (!since.seen() || Elapsed(since.time, t.request.time) < kSettledNs) return;
       if (held.compared.size() < kMostCompared)
         held.compared.push_back({place, value, by_sdo, bits, since, t.response});
@@ -227,10 +238,32 @@ class PdoObjectType final : public Rule {
     }
   }
 
+  /// Two readings of one value: the last bits of a measurement, or the same in another unit.
+  static bool MayBeEqual(std::uint64_t by_process_data, std::uint64_t by_sdo, std::uint32_t bits) {
+    constexpr std::uint32_t kLeastBits = 16;  // shorter ones are states and flags
+    constexpr std::int64_t kNoise = 8;
+    constexpr std::int64_t kLeastRounded = 10;  // a smaller number rounds to too many others
+    if (bits < kLeastBits) return false;
+    std::int64_t less = progress::Bounded(SignExtend(by_process_data, bits));
+    std::int64_t more = progress::Bounded(SignExtend(by_sdo, bits));
+    if (std::abs(more - less) < kNoise) return true;
+    if (less == 0 || more == 0 || (less < 0) != (more < 0)) return false;
+    less = std::abs(less);
+    more = std::abs(more);
+    if (less > more) std::swap(less, more);
+    for (std::int64_t factor = 10; factor <= more; factor *= 10) {
+      if (less > more / factor + 1) return false;
+      const std::int64_t off = std::abs(more - less * factor);
+      if (off == 0 || (less >= kLeastRounded && off <= factor / 2)) return true;
+    }
+    return false;
+  }
+
   void Confirm(Held& held, const model::ProcessCycle& cycle) {
-    std::erase_if(held.compared, [&](const Compared& compared) {
+    std::erase_if(held.compared, [&](Compared& compared) {
       if (held.ValueAt(compared.place) != compared.by_process_data) return true;
-      if (Elapsed(compared.answer.time, cycle.frame().time) < kSettledNs) return false;
+      const bool settled = Elapsed(compared.answer.time, cycle.frame().time) >= kSettledNs;
+      if (++compared.frames_after < kLeastFrames || !settled) return false;
       ReportObject(held, compared, cycle);
       return true;
     });

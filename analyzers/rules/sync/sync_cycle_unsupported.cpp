@@ -47,12 +47,13 @@ manual ({manual})][{!manual}The EtherCAT standard] requires [at least {cycle_min
 
 constexpr FindingKind kNoCycle{
     .name = "no-cycle",
-    .title = "60C2h: {units} units of 10^{power} s are no cycle time",
+    .title = "60C2h: {units:number} x 10^{power} s is no cycle time",
     .message =
-        R"(The master wrote {units} to 60C2h:1 (interpolation time units) and {power} to 60C2h:2 (interpolation time
-index) before it requests OP in {frame}. 60C2h:2 is the power of ten of the time: -3 means milliseconds.[
-{?zero}0 units are no time.][{!zero} {units} units of 10^{power} s are [{?long}1 s or more][{!long}less than 1 us].] [The
-manual ({manual})][{!manual}The EtherCAT standard] requires at least {cycle_min_ns}.)",
+        R"(When OP is requested in {frame}, 60C2h:1 (interpolation time units) is {units}, as
+[{?units_written}written][{!units_written}read] in {units_frame}. 60C2h:2 (interpolation time index) is {power}, as
+[{?power_written}written][{!power_written}read] in {power_frame}. The index is the power of ten of the time: -3 means
+milliseconds.[{?zero} 0 units are no time.][{!zero} {units} x 10^{power} s is [{?long}1 s or more][{!long}less than 1
+us].] [The manual ({manual})][{!manual}The EtherCAT standard] requires at least {cycle_min_ns}.)",
     .next =
         "Write a negative exponent (INT8) to 60C2h:2 and the number of units to 60C2h:1: 2 ms is (2, -3) or (20, -4).",
     .identity = "units power"};
@@ -97,7 +98,8 @@ constexpr RuleInfo kInfo{
 The drive cannot follow a cycle that is no multiple of its own: it refuses to synchronise, or its trajectory has steps.
 
 ## How it is decided
-- SYNC0 cycle and 60C2h are exact numbers that the master wrote.
+- SYNC0 cycle and 60C2h are exact numbers. The master wrote the SYNC0 cycle and at least one part of 60C2h; it wrote or
+  read the other part.
 - 60C2h:1 (units) and 60C2h:2 (power of ten) must make a time: 0 units, an exponent above -1 (3 instead of -3) and one
   below -9 make none. If the master wrote only one of them and never read the other one, 60C2h is not evaluated.
 - The observed cycle is a mean over at least 100 cycles in OP.
@@ -169,12 +171,12 @@ class SyncCycleUnsupported final : public Rule {
     if (!family.cycle_by_60c2.value.value_or(false) || !family.cycle_min.value) return;
     const model::ObjectValue* units = slave.objects.Find(kObject, 1);
     const model::ObjectValue* power = slave.objects.Find(kObject, 2);
+    // Values of the drive alone are its own affair.
     if ((units == nullptr || !units->written) && (power == nullptr || !power->written)) return;
     if (units == nullptr || power == nullptr) {
       NotEvaluable(id, ReasonCode::kNotInCapture, kOtherPart, frame.number);
       return;
     }
-    // The drive's own values: only what the master wrote can be wrong.
     const std::int64_t exponent = power->as_signed();
     const bool sensible = exponent >= -9 && exponent <= -1 && units->raw != 0;
     if (sensible) return;
@@ -186,6 +188,10 @@ class SyncCycleUnsupported final : public Rule {
     finding.reference = ReferenceTo(family.cycle_by_60c2.source);
     finding.Set("units", arg::Number(static_cast<std::int64_t>(units->raw)))
         .Set("power", arg::Number(exponent))
+        .Set("units_written", arg::Flag(units->written))
+        .Set("units_frame", arg::Frame(units->since))
+        .Set("power_written", arg::Flag(power->written))
+        .Set("power_frame", arg::Frame(power->since))
         .Set("zero", arg::Flag(units->raw == 0))
         .Set("long", arg::Flag(exponent >= 0))
         .Set("cycle_min_ns", arg::Ns(*family.cycle_min));

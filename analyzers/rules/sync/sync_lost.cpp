@@ -1,3 +1,4 @@
+#include <bit>
 #include <optional>
 #include <string>
 #include <utility>
@@ -46,10 +47,9 @@ manual ({manual})][{!manual}The EtherCAT standard] lets the drive lose synchroni
 constexpr NoteKind kMayBeOff{
     .name = "supervision-may-be-off",
     .text =
-        "{parameter} can switch this supervision off[ (bits {off_bits})], and its value is not in the capture "
-        "({source}). "
-        "If the drive stays enabled without a fault, the supervision is off: give the value with --parameter "
-        "{parameter}=N."};
+        "{parameter} can switch this supervision off[ ({bit_count?bit|bits} {off_bits})], and its value is not in the "
+        "capture ({source}). If the drive stays enabled without a fault, the supervision may be off. Give the value "
+        "with --parameter {parameter}=N."};
 
 constexpr const FindingKind* kKinds[] = {&kFramesMissing, &kCyclesOutside};
 constexpr const NoteKind* kNotes[] = {&kMayBeOff};
@@ -342,12 +342,9 @@ class SyncLost final : public Rule {
     if (!faults.empty()) finding.Set("faults", arg::List(std::move(faults)));
     SetManual(finding, profile);
     if (parameter && !supervision && parameter->off_bits != 0) {
-      std::vector<Value> bits;
-      for (unsigned bit = 0; bit < 32; ++bit) {
-        if ((parameter->off_bits >> bit & 1U) != 0) bits.push_back(arg::Number(bit));
-      }
       finding.Add(kMayBeOff, {{"parameter", arg::Text(parameter->keyword)},
-                              {"off_bits", arg::List(std::move(bits))},
+                              {"off_bits", arg::Bits(parameter->off_bits)},
+                              {"bit_count", arg::Number(std::popcount(parameter->off_bits))},
                               {"source", arg::Text(parameter->source)}});
     }
     Report(1, std::move(finding));

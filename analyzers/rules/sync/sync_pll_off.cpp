@@ -1,3 +1,5 @@
+#include <bit>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/judge/sync_text.h"
@@ -14,9 +16,10 @@ constexpr FindingKind kOff{
     .name = "pll-off",
     .title = "{parameter} = {value} switches the PLL off, but SYNC0 is on",
     .message =
-        R"(When {frame} shows OP, SYNC0 is on (0x0981 = {activation}), but {parameter} is {value}[ ({value_frame})]. [The
-manual ({manual})][{!manual}The EtherCAT standard] synchronises the drive only while bit {on_bits} of {parameter} is 1.
-So the drive follows its own clock, and its set points come early or late.)",
+        R"(When {frame} shows OP, SYNC0 is on (0x0981 = {activation}), but {parameter} is {value}[ ({value_frame})].
+By {parameter_source} the drive is synchronised only while [{bit_count?bit|bits} {on_bits} of {parameter}
+{bit_count?is|are} 1][{bit_count?bit|bits} {off_bits} of {parameter} {bit_count?is|are} 0][{!bit_count}{parameter} is
+not 0]. So the drive follows its own clock, and its set points may come early or late.)",
     .next = "Set {parameter} to {on_value} and store it, or switch distributed clocks off.",
     .identity = "parameter"};
 
@@ -24,17 +27,16 @@ constexpr const FindingKind* kKinds[] = {&kOff};
 
 constexpr Word kSwitch{"pll-switch", "the parameter that switches the PLL of the drive (--parameter)"};
 
-constexpr RuleInfo kInfo{
-    .id = "sync-pll-off",
-    .group = "Synchronisation",
-    .severity = Severity::kWarning,
-    .of_family = true,
-    .subject = Subject::kClock,
-    .title = "SYNC0 is on, but a parameter switches the PLL of the drive off",
-    .needs = "the parameter that switches the PLL, by SDO or --parameter; 0x0981; AL Status OP",
-    .source = "AKD-2010, 4.10 and 4.13; AKD-2011, 4.10 and 4.13; MKD, 4.11",
-    .kinds = kKinds,
-    .doc = R"(
+constexpr RuleInfo kInfo{.id = "sync-pll-off",
+                         .group = "Synchronisation",
+                         .severity = Severity::kWarning,
+                         .of_family = true,
+                         .subject = Subject::kClock,
+                         .title = "SYNC0 is on, but a parameter switches the PLL of the drive off",
+                         .needs = "the parameter that switches the PLL, by SDO or --parameter; 0x0981; AL Status OP",
+                         .source = "AKD-2010, 4.10 and 4.13; AKD-2011, 4.10 and 4.13; MKD, 4.11",
+                         .kinds = kKinds,
+                         .doc = R"(
 ## What it checks
 Whether the PLL of the drive is on when the slave reaches OP with SYNC0. The manuals of AKD and MKD have a parameter for
 it: bit 0 of FBUS.PARAM02 (36E6h).
@@ -77,20 +79,20 @@ class SyncPllOff final : public Rule {
     if (Repeat(e.slave, kKey, e.frame) != kNoFinding) return;
     Finding finding = Found(kOff, e.slave, e.frame);
     if (value->certainty != Certainty::kObserved) finding.confidence = Confidence::kInferred;
-    std::vector<Value> bits;
-    for (unsigned bit = 0; bit < 32; ++bit) {
-      if ((parameter->on_bits >> bit & 1U) != 0) bits.push_back(arg::Number(bit));
-    }
     finding.Set("parameter", arg::Text(parameter->keyword))
         .Set("value", arg::Number(value->value))
         .Set("activation", arg::Hex(activation->raw, 2))
-        .Set("on_bits", arg::List(std::move(bits)))
-        .Set("on_value", arg::Number(static_cast<std::int64_t>(value->value | parameter->on_bits)));
+        .Set("parameter_source", arg::Text(parameter->source))
+        .Set("on_value", arg::Number(parameter->OnValue(value->value)));
+    // Without bits, any value but 0 switches it on.
+    if (const std::uint32_t bits = parameter->on_bits != 0 ? parameter->on_bits : parameter->off_bits; bits != 0) {
+      finding.Set(parameter->on_bits != 0 ? "on_bits" : "off_bits", arg::Bits(bits))
+          .Set("bit_count", arg::Number(std::popcount(bits)));
+    }
     if (value->since != 0) {
       finding.Set("value_frame", arg::Frame(value->since));
       AddRelated(finding, value->since);
     }
-    SetManual(finding, *slave.profile);
     finding.reference = ReferenceTo(parameter->source);
     Report(kKey, std::move(finding));
   }

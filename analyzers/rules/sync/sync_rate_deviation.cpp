@@ -15,6 +15,11 @@ namespace {
 constexpr std::uint64_t kEnoughCycles = 200;
 /// Further off than this it is another cycle: sync-cycle-mismatch.
 constexpr double kAnotherCycle = 100'000;
+/// Frames that move by this part of a cycle against SYNC0 are not locked to it.
+constexpr double kMovedCycles = 0.5;
+/// Only if it is so much larger than its uncertainty.
+constexpr double kSure = 4;
+constexpr std::uint64_t kNotLockedKey = 1;
 /// How far the clock of a host may be off, ppm.
 constexpr double kHostClock = 100;
 
@@ -32,15 +37,24 @@ cycle is {configured_us}, so the deviation is {deviation_ppm} (+-{uncertainty_pp
         R"([{?by_sync0}Let the cycle of the master follow the DC time.][{!by_sync0}Let the master send by a timer that
 keeps the configured cycle in the mean.])"};
 
-constexpr const FindingKind* kKinds[] = {&kOff};
+constexpr FindingKind kNotLocked{
+    .name = "not-locked",
+    .title = "Frames are not locked to SYNC0: cycle {mean_us}, SYNC0 {configured_us}",
+    .message = R"(In OP the mean of {cycles} from {frame} to {end_frame} is {mean_us}, by {time_base}. SYNC0 comes every
+{configured_us}. So the frames have moved by {drift_us} against SYNC0. A slave that takes its outputs at SYNC0
+[{?slower}repeats][{!slower}misses] a set point once in {slip_cycles}.)",
+    .next = R"(Let the cycle of the master follow the DC time: shift its timer by the phase of 0x0910. If the slave does
+not take its outputs at SYNC0, nothing is lost.)"};
+
+constexpr const FindingKind* kKinds[] = {&kOff, &kNotLocked};
 
 constexpr RuleInfo kInfo{
     .id = "sync-rate-deviation",
     .group = "Synchronisation",
     .severity = Severity::kError,
     .subject = Subject::kCycle,
-    .title = "The mean cycle deviates by more than the PLL of the drive can follow",
-    .needs = "SYNC0 cycle or 60C2h, the PLL range of the family, at least 200 cycles in OP, a clock",
+    .title = "The mean cycle deviates by more than the drive can follow",
+    .needs = "SYNC0 cycle or 60C2h, at least 200 cycles in OP, a clock; for the limit the PLL range of the family",
     .source = "AKD-2011, 4.10; AKD-2010, 4.10; MKD, 4.11; PILZ, 4.8",
     .kinds = kKinds,
     .doc = R"(
@@ -64,6 +78,8 @@ synchronised, even without jitter.
 - The mean is not evaluated either if most cycles are as long as configured, and pauses of no whole number of cycles
   move it.
 - A deviation of more than a tenth is another cycle, which sync-cycle-mismatch reports.
+- For a slave of which no range is known a warning is reported if SYNC0 is on and the frames have moved by more than
+  half a cycle against it in the capture: their master is not locked. That it takes its outputs at SYNC0 is assumed.
 
 ## Example
 tests/rules/sync-rate-deviation/violates.trace
@@ -102,7 +118,8 @@ class SyncRateDeviation final : public Rule {
     if (configured == 0) configured = model::InterpolationTime(slave).value_or(0);
     if (configured == 0) return;
     const auto& range = slave.profile->sync.pll_range_ppm;
-    if (!range.value) {
+    const bool by_sync0 = settings && settings->activation.sync0();
+    if (!range.value && !by_sync0) {
       NotEvaluable(id, ReasonCode::kNotInProfile, kPllRange);
       return;
     }
@@ -120,6 +137,10 @@ class SyncRateDeviation final : public Rule {
     const double ppm = (rate.mean_ns() / static_cast<double>(configured) - 1) * 1e6;
     const double unsure = 2e6 * static_cast<double>(*uncertainty) / static_cast<double>(rate.ns()) +
                           1e6 * rate.JitterShare() + (rate.base() == sync::TimeBase::kDc ? 0 : kHostClock);
+    if (!range.value) {
+      EvaluateAnySlave(id, configured, ppm, unsure);
+      return;
+    }
     const auto limit = static_cast<double>(*range);
     if (std::abs(ppm) > kAnotherCycle || std::abs(ppm) + unsure <= limit) return;
     if (std::abs(ppm) - unsure <= limit) {
@@ -137,6 +158,39 @@ class SyncRateDeviation final : public Rule {
       return;
     }
     ReportOff(id, configured, ppm, unsure);
+  }
+
+  /// Frames that have moved by half a cycle have left their place between two pulses.
+  void EvaluateAnySlave(SlaveId id, TimeNs configured, double ppm, double unsure) {
+    const sync::OutputRate& rate = context().sync().outputs(id).rate;
+    const double usual_ppm = (static_cast<double>(rate.usual()) / static_cast<double>(configured) - 1) * 1e6;
+    const double moved_cycles = (std::abs(ppm) - unsure) * 1e-6 * static_cast<double>(rate.cycles());
+    if (std::abs(ppm) > kAnotherCycle || moved_cycles < kMovedCycles || std::abs(usual_ppm) < std::abs(ppm) / 2) {
+      NotEvaluable(id, ReasonCode::kNotInProfile, kPllRange);
+      return;
+    }
+    if (unsure * kSure > std::abs(ppm)) {
+      NotEvaluable(id, ReasonCode::kTooIrregular, what::kProcessDataTiming);
+      return;
+    }
+    if (Repeat(id, kNotLockedKey, rate.first()) != kNoFinding) return;
+    Finding finding = Found(kNotLocked, id, rate.first());
+    finding.confidence = Confidence::kInferred;
+    finding.last = rate.last();
+    if (const auto& settings = context().sync().dc(id).last_active()) AddRelated(finding, settings->frame.number);
+    finding.reference = ReferenceTo("ESC-1, distributed clocks, SYNC signal generation");
+    const double drift_ns = std::abs(ppm) * 1e-6 * static_cast<double>(configured) * static_cast<double>(rate.cycles());
+    finding.Set("mean_us", arg::Real(rate.mean_ns() / 1e3, "us", 3))
+        .Set("configured_us", arg::Real(static_cast<double>(configured) / 1e3, "us", 3))
+        .Set("drift_us", arg::Us(static_cast<TimeNs>(drift_ns)))
+        .Set("slip_cycles", arg::Count(static_cast<std::uint64_t>(1e6 / std::abs(ppm)), "cycle"))
+        .Set("slower", arg::Flag(ppm > 0))
+        .Set("cycles", arg::Count(rate.cycles(), "cycle"))
+        .Set("deviation_ppm", arg::Real(ppm, "ppm", 0))
+        .Set("uncertainty_ppm", arg::Real(unsure, "ppm"))
+        .Set("end_frame", arg::Frame(rate.last().number))
+        .Set("time_base", arg::Of(WordOf(rate.base())));
+    Report(kNotLockedKey, Severity::kWarning, std::move(finding));
   }
 
   void ReportOff(SlaveId id, TimeNs configured, double ppm, double unsure) {

@@ -163,6 +163,21 @@ TEST_F(ProcessDataTest, MappingSeenTakesTheNamesOfThePdoThatTheManualPrints) {
   EXPECT_FALSE(process_.tx().Find(0x6063, 0)->name_inferred);
 }
 
+TEST_F(ProcessDataTest, ScaleIsThatOfTheProcessDataWhereTheManualHasAnother) {
+  process_.SetFamily(*device::BuiltinProfile("kollmorgen-mkd-n"));
+  Write(0x1A00, 0, {0});
+  Write(0x1A00, 1, {0x20, 0x00, 0x6C, 0x60});  // "PDO in RPM", 1000:1 by SDO
+  Write(0x1A00, 2, {0x20, 0x00, 0x7B, 0x54});  // 1000:1
+  Write(0x1A00, 0, {2});
+  Write(0x1C13, 0, {0});
+  Write(0x1C13, 1, {0x00, 0x1A});
+  Write(0x1C13, 0, {1});
+  ASSERT_EQ(process_.tx().signals.size(), 2U) << process_.tx().reason;
+  EXPECT_EQ(process_.tx().signals[0].scale, "1:1");
+  EXPECT_TRUE(process_.tx().signals[0].scaled_by_sdo);
+  EXPECT_EQ(process_.tx().signals[1].scale, "1000:1");
+}
+
 TEST_F(ProcessDataTest, APartOfTheAssignmentIsNotEnough) {
   Write(0x1C12, 0, {2});
   Write(0x1C12, 1, {0x01, 0x17});

@@ -103,7 +103,7 @@ TEST(ProgressLadder, AxisThatNobodyEnablesIsNotAskedFor) {
 TEST(ProgressLadder, FaultIsNeverWithoutFault) {
   const AnalysisResult result = AnalyseRule("drive-not-enabled/violates-2");
   EXPECT_EQ(StatusOf(AxisOf(result), "no-fault"), "not-reached");
-  EXPECT_EQ(RuleOf(result, AxisOf(result), "no-fault"), "drive-fault");
+  EXPECT_EQ(RuleOf(result, AxisOf(result), "no-fault"), "drive-not-enabled");  // the reset has no edge
   EXPECT_EQ(WhyOf(AxisOf(result), "enabled"), "reset-without-edge");
 }
 

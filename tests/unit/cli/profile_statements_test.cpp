@@ -36,15 +36,22 @@ struct Topic {
 const std::vector<Topic>& Topics() {
   static const std::vector<Topic> kTopics{
       {"drive.", {"6040h", "6041h", "6060h"}},
-      {"latch.", {"20A4h", "20A5h", "latch"}},
+      {"latch.", {"20A4h", "20A5h"}},
+      {"mailbox.sync_managers", {"sync manager 0", "sync manager 1", "sync manager 2", "sync manager 3"}},
+      {"mailbox.protocols", {"mailbox type"}},
+      {"mailbox.sdo_commands", {"SDO command"}},
+      {"mailbox.files", {"FoE parameter file"}},
       {"mailbox.layout", {"mailbox byte"}},
       {"mailbox.example", {"mailbox example"}},
-      {"mailbox.coe_services", {"CoE service", "CoE services"}},
-      {"mailbox.sizes", {"mailbox in", "mailbox out", "mailbox both"}},
+      {"mailbox.coe_services", {"CoE service"}},
+      {"mailbox.sizes", {"mailbox size"}},
+      {"pdo.selectable", {"PDO assignment"}},
       {"pdo.flexible", {"free mapping"}},
-      {"sync.cycle", {"cycle time"}},
+      {"sync.cycle_base_ns", {"cycle time"}},
+      {"sync.cycle_min_ns", {"cycle time"}},
+      {"sync.cycle_by_60c2", {"cycle time"}},
       {"sync.pll", {"PLL"}},
-      {"sync.lost", {"synchronisation is lost"}},
+      {"sync.lost", {"loss of synchronisation"}},
       {"sync.jitter", {"permitted jitter"}},
   };
   return kTopics;
@@ -63,6 +70,13 @@ std::vector<std::string> NamesOf(const ProfileFact& fact) {
   for (const Topic& topic : Topics()) {
     if (fact.path.starts_with(topic.path)) names.insert(names.end(), topic.names.begin(), topic.names.end());
   }
+  if (fact.path == "drive.transitions") names.push_back("transition " + std::string(Part(fact, "number")));
+  // The code for "no error" is 0, which is no number to look up.
+  if (fact.path == "emergency.codes") names.emplace_back(Part(fact, "text"));
+  if (fact.path == "facts")
+    names.push_back(std::string(Part(fact, "category")) + ", " + std::string(Part(fact, "name")));
+  // What has no number and is part of no topic is found by its words, as a search in the manual would find it.
+  if (!names.empty()) return names;
   for (const auto& [key, value] : fact.parts) names.push_back(value);
   return names;
 }
@@ -87,6 +101,7 @@ bool Shows(const std::vector<Meaning>& meanings, const std::string& family, cons
 TEST(ProfileStatements, ExplainFindsEachRow) {
   const device::DeviceDescription* generic = device::BuiltinProfile("generic");
   ASSERT_NE(generic, nullptr);
+  const device::ProfileRegistry registry;
   for (const std::string& id : device::BuiltinProfileNames()) {
     if (id == "generic") continue;
     const device::DeviceDescription* family = device::BuiltinProfile(id);
@@ -97,10 +112,9 @@ TEST(ProfileStatements, ExplainFindsEachRow) {
     const auto look_up = [&](const std::string& name) -> const std::vector<Meaning>& {
       const auto [at, fresh] = known.emplace(name, std::vector<Meaning>{});
       if (fresh) {
+        // As the command does.
         at->second = LookUp(name, families);
-        if (at->second.empty() || name.find(' ') != std::string::npos) {
-          lookup::AddNamed(name, families, at->second);
-        }
+        if (at->second.empty()) lookup::AddMentions(name, families, registry, at->second);
       }
       return at->second;
     };

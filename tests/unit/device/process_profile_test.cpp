@@ -168,15 +168,25 @@ TEST(SyncProfile, ParametersThatSdoShowsOrTheUserGives) {
     EXPECT_EQ(sync.pll_switch->object_inferred, inferred);
     EXPECT_FALSE(sync.pll_switch->IsOn(2));
     EXPECT_TRUE(sync.pll_switch->IsOn(3));
+    EXPECT_EQ(sync.pll_switch->OnValue(2), 3);
   }
   const SyncDescription& pilz = BuiltinProfile("pilz-pmcprotego-d")->sync;
   ASSERT_EQ(pilz.DriveParameters().size(), 2U);
   EXPECT_EQ(pilz.supervision->keyword, "SERCSET");
   EXPECT_TRUE(pilz.supervision->IsOn(0));
   EXPECT_FALSE(pilz.supervision->IsOn(1 << 17));
+  EXPECT_EQ(pilz.supervision->OnValue(1 << 17 | 1 << 19), 1 << 19);
   EXPECT_TRUE(pilz.supervision->IsOn(1 << 19));
   EXPECT_EQ(pilz.cycle_count->keyword, "PTBASE");
   EXPECT_TRUE(BuiltinProfile("generic")->sync.DriveParameters().empty());
+}
+
+TEST(SyncProfile, SwitchWithoutBitsIsOnWithAnyValueButZero) {
+  const device::DriveParameter parameter;
+  EXPECT_FALSE(parameter.IsOn(0));
+  EXPECT_TRUE(parameter.IsOn(2));
+  EXPECT_EQ(parameter.OnValue(0), 1);
+  EXPECT_EQ(parameter.OnValue(2), 2);
 }
 
 TEST(SyncProfile, PilzJitterDependsOnTheCycle) {
