@@ -378,6 +378,8 @@ constexpr std::array kLaws{
     Law{"al-unexpected-change", "sync-difference-large", kLater, NamesSynchronisationByCode, Bus::kNo, Precedes, true},
     Law{"al-unexpected-change", "sync-drift-uncompensated", kLater, NamesSynchronisationByCode, Bus::kGoesOn, Precedes,
         true},
+    Law{"al-unexpected-change", "sync-type-mismatch", kLater, NamesSynchronisationByCode, Bus::kNo, Precedes, true},
+    Law{"al-unexpected-change", "sync-rate-deviation", kLater, NamesSynchronisationByCode, Bus::kNo, Precedes, true},
     Law{"al-unexpected-change", "sync-watchdog-margin", 0, nullptr, Bus::kEffect},
     Law{"al-unexpected-change", "frame-lost", kSoon, NamesWatchdog, Bus::kYes},
     Law{"al-unexpected-change", "frame-lost", kSoon, ShowsError, Bus::kBoth, LostInARow},
