@@ -21,6 +21,7 @@
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/one_for_many.h"
+#include "analyzers/judge/parameter_notes.h"
 #include "analyzers/judge/reached_limits.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -91,6 +92,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   for (const auto& rule : rules) rule->Finish();
   for (const auto& collector : collectors) collector->Conclude();
   JoinConsequences(context);
+  AddParameterNotes(context, store);
   if (MissesPackets(context.pairing())) WeakenWhatHistoryMayExplain(store, rules);
   const std::size_t slaves = ForgetReplaced(context, store);
   result.coverage = CoverageOf(context, result);

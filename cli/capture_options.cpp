@@ -45,6 +45,9 @@ std::set<std::string_view> ParameterNames(const device::ProfileRegistry& familie
     for (const device::DriveParameter* row : families.Find(profile)->sync.DriveParameters()) {
       names.insert(row->keyword);
     }
+    for (const device::FieldbusParameter& row : families.Find(profile)->fieldbus_parameters) {
+      if (row.bit || row.value) names.insert(row.parameter);
+    }
   }
   return names;
 }

@@ -171,6 +171,16 @@ bool FamilyUnseen(const model::SlaveModel& model) {
   return model.profile->id == "generic" && (!model.identity.vendor_id || !model.identity.product_code);
 }
 
+Presence OfFaultBits(const SlaveSummary& slave, const model::SlaveModel& model) {
+  const auto is_sign = [](const auto& row) { return row.sign != device::BitSign::kNone; };
+  const auto& rows = model.profile->object_bits;
+  if (std::any_of(rows.begin(), rows.end(), is_sign)) return {};
+  const auto& drive = model.profile->drive;
+  if (drive && std::any_of(drive->status_bits.begin(), drive->status_bits.end(), is_sign)) return OfDrive(slave, model);
+  return FamilyUnseen(model) && Speaks(slave.mailbox, "CoE") ? Unseen(Reason::Of(ReasonCode::kFamilyUnknown))
+                                                             : Absent(NotApplicable::kNoFaultBits);
+}
+
 Presence OfLatch(const SlaveSummary& slave, const RuleContext& context, const AnalysisResult& result) {
   if (slave.latch) return {};
   if (slave.touch_probe) return Unseen(ReasonCode::kNotFollowed, what::kTouchProbe);
@@ -201,6 +211,11 @@ Presence OfMailbox(const MailboxSummary& mailbox, bool coe, const AnalysisResult
   return coe && AnswersUnknown(mailbox, result) ? Unseen(ReasonCode::kNotInCapture, what::kMailboxAnswers) : Presence{};
 }
 
+Presence OfEoe(const MailboxSummary& mailbox) {
+  if (mailbox.requests + mailbox.responses == 0) return Absent(NotApplicable::kMailboxUnused);
+  return Speaks(mailbox, "EoE") ? Presence{} : Absent(NotApplicable::kNoEoe);
+}
+
 Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContext& context,
                     const AnalysisResult& result) {
   const model::SlaveModel& model = context.slave(slave.id);
@@ -218,6 +233,8 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
       return OfMailbox(slave.mailbox, false, result);
     case Subject::kCoe:
       return OfMailbox(slave.mailbox, true, result);
+    case Subject::kEoe:
+      return OfEoe(slave.mailbox);
     case Subject::kMapping:
       return OfMapping(slave, context, result);
     case Subject::kMappingWrites:
@@ -236,6 +253,8 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
       return OfClock(slave);
     case Subject::kLatch:
       return OfLatch(slave, context, result);
+    case Subject::kFaultBits:
+      return OfFaultBits(slave, model);
     case Subject::kOfChapter:
     case Subject::kCapture:
     case Subject::kBus:
@@ -253,6 +272,7 @@ bool MayBeUnseen(NotApplicable why) {
     case NotApplicable::kNoRequest:
     case NotApplicable::kMailboxUnused:
     case NotApplicable::kNoCoe:
+    case NotApplicable::kNoEoe:
     case NotApplicable::kMappingUntouched:
     case NotApplicable::kNoProcessData:
     case NotApplicable::kNoCycle:

@@ -21,9 +21,19 @@ inline constexpr NoteKind kOddMappingMayExplain{
 inline constexpr NoteKind kObjectTwiceMayExplain{
     "object-mapped-twice-may-explain",
     "Possible reason (inferred): {object} is mapped {times} in the {direction} PDOs."};
+inline constexpr NoteKind kUnusedMayExplain{"unused-pdo-may-explain",
+                                            "Possible reason (inferred): the master assigns {assigned} and does not "
+                                            "clear {pdos}. By {manual} unused PDOs must be "
+                                            "cleared with writing 0 to the subindex 0."};
+/// What a setting of the drive means for the finding.
+inline constexpr NoteKind kParameterSays{"parameter-says",
+                                         "{parameter}[ ({object})] is {value}[ since {since}], {bit}: {meaning}."};
+/// What the manual of the family states about what the finding is about.
+inline constexpr NoteKind kManualStates{"manual-states", "By the manual ({source}): {fact}[ ({note})]."};
 
 /// All of them, for documentation and tests.
-inline constexpr const NoteKind* kSharedNotes[] = {&kMissingPacketsMayExplain, &kWorkingCounterMissing, &kStateReached,
-                                                   &kOddMappingMayExplain, &kObjectTwiceMayExplain};
+inline constexpr const NoteKind* kSharedNotes[] = {
+    &kMissingPacketsMayExplain, &kWorkingCounterMissing, &kStateReached,  &kOddMappingMayExplain,
+    &kObjectTwiceMayExplain,    &kUnusedMayExplain,      &kParameterSays, &kManualStates};
 
 }  // namespace ecaudit

@@ -62,6 +62,13 @@ struct LatchMisuse {
     kNotMapped,
     kOutsideOp,
     kTouchProbeConflict,
+    kStatusBits,
+  };
+  /// kStatusBits: what the status word shows although no control word asked for it.
+  enum class StatusBits : std::uint8_t {
+    kReserved,    ///< bits without a meaning are 1
+    kUnarmed,     ///< an edge is valid that was never armed
+    kUnselected,  ///< it acknowledges a selector that was never set
   };
   Kind kind = Kind::kReadBeforeValid;
   SlaveId slave = kNoSlave;
@@ -70,13 +77,15 @@ struct LatchMisuse {
   std::uint16_t control = 0;                ///< the word that did it, or that was in force
   std::uint16_t control_before = 0;         ///< kOutsideOp
   std::optional<std::uint16_t> status;      ///< last one known
-  std::uint16_t value = 0;     ///< kReservedBits: the bits; selector rules: the selector; kTouchProbeConflict: 60B8h
-  std::uint8_t state = 0;      ///< kOutsideOp: AL state, 0 when several are possible
-  std::int64_t waited_ns = 0;  ///< kAckMismatch
-  std::int64_t limit_ns = 0;   ///< kAckMismatch
-  bool by_sdo = false;         ///< the word travelled by SDO
-  bool inferred = false;       ///< see LatchCapture::assumed
-  LatchCapture capture;        ///< where it is about one
+  std::uint16_t value = 0;  ///< kReservedBits: the bits; selector rules: the selector; kTouchProbeConflict: 60B8h;
+                            ///< kStatusBits: the bits, or the selector
+  StatusBits status_bits = StatusBits::kReserved;
+  std::uint8_t state = 0;            ///< kOutsideOp: AL state, 0 when several are possible
+  std::int64_t waited_ns = 0;        ///< kAckMismatch
+  std::int64_t limit_ns = 0;         ///< kAckMismatch
+  bool by_sdo = false;               ///< the word travelled by SDO
+  bool inferred = false;             ///< see LatchCapture::assumed
+  LatchCapture capture;              ///< where it is about one
   std::array<FrameNo, 4> related{};  ///< 0: none
 };
 /// "latch-read-before-valid", ...

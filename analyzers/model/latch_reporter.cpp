@@ -36,6 +36,8 @@ std::string_view RuleOf(LatchMisuse::Kind kind) {
       return "latch-outside-op";
     case LatchMisuse::Kind::kTouchProbeConflict:
       return "latch-touch-probe-conflict";
+    case LatchMisuse::Kind::kStatusBits:
+      return "latch-status-bits";
   }
   return "";
 }

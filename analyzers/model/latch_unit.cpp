@@ -47,6 +47,8 @@ void LatchUnit::Forget() {
   probe_.Forget();
   selector_.Forget();
   edges_.Forget();
+  armed_ = 0;
+  selected_ = 0;
 }
 
 std::optional<bool> LatchUnit::input(std::size_t n, std::uint16_t status_word) const {
@@ -173,6 +175,8 @@ void LatchUnit::OnControl(const LatchWord& word) {
   if (!first) CheckState(word, before);
 
   const std::uint8_t selector = latch_->Selector(word.value);
+  selected_ |= std::uint32_t{1} << std::min<unsigned>(selector, 31U);
+  armed_ = static_cast<std::uint16_t>(armed_ | word.value);
   const bool selector_changed = first || selector != latch_->Selector(before) || control_.doubt_selector;
   if (selector_changed && !first) selector_.Deselect(word);
   for (std::size_t n = 0; n < edges_.size(); ++n) {
@@ -193,6 +197,8 @@ void LatchUnit::Doubt(std::uint16_t value) {
   control_.doubt = true;
   control_.doubt_zero = static_cast<std::uint16_t>(control_.doubt_zero | ~value);
   control_.doubt_selector |= latch_->Selector(value) != latch_->Selector(control_.value);
+  armed_ = static_cast<std::uint16_t>(armed_ | value);
+  selected_ |= std::uint32_t{1} << std::min<unsigned>(latch_->Selector(value), 31U);
 }
 
 void LatchUnit::CheckState(const LatchWord& word, std::uint16_t before) {
@@ -228,9 +234,37 @@ void LatchUnit::OnStatus(const LatchWord& word) {
   status_.Seen(word.frame, word.begun);
   report_.SawStatus(word.value);
 
+  CheckStatus(word, first, changed);
   edges_.OnValid(word, first);
   selector_.OnStatus(word);
   edges_.OnInvalid(word);
+}
+
+/// What the drive shows although the master never asked for it: another object may lie there, or another master asked.
+void LatchUnit::CheckStatus(const LatchWord& word, bool first, std::uint16_t changed) {
+  const auto emit = [&](LatchMisuse::StatusBits bits, std::uint16_t value, const device::LatchEdge* edge) {
+    LatchMisuse misuse = report_.Misuse(Kind::kStatusBits, word);
+    misuse.control = control_.known ? control_.value : std::uint16_t{0};
+    misuse.status_bits = bits;
+    misuse.value = value;
+    misuse.edge = edge;
+    report_.Emit(misuse);
+  };
+  const auto reserved = static_cast<std::uint16_t>(word.value & latch_->reserved_status & (first ? 0xFFFF : changed));
+  if (reserved != 0) emit(LatchMisuse::StatusBits::kReserved, reserved, nullptr);
+  // Before the first control word of the capture the edge may have been armed.
+  if (first || !control_.known || control_.doubt || status_.words < kSettledWords) return;
+  for (std::size_t n = 0; n < edges_.size(); ++n) {
+    const device::LatchEdge& edge = latch_->edges[n];
+    if ((word.value & changed & edge.valid) == 0 || edge.enable == 0 || (armed_ & edge.enable) == edge.enable) continue;
+    emit(LatchMisuse::StatusBits::kUnarmed, edge.valid, &edge);
+  }
+  const std::uint8_t acknowledge = latch_->Acknowledge(word.value);
+  const bool asked =
+      latch_->Selector(control_.value) != 0 || (selected_ >> std::min<unsigned>(acknowledge, 31U) & 1U) != 0;
+  if (acknowledge != 0 && (changed & latch_->acknowledge_mask) != 0 && !asked) {
+    emit(LatchMisuse::StatusBits::kUnselected, acknowledge, nullptr);
+  }
 }
 
 // --- SDO ----------------------------------------------------------------------------------------------------------

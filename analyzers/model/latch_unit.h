@@ -115,6 +115,10 @@ class LatchUnit {
   void OnStatus(const LatchWord& word);
   void OnUpload(const mailbox::SdoTransfer& transfer, std::uint64_t value);
   void CheckState(const LatchWord& word, std::uint16_t before);
+  void CheckStatus(const LatchWord& word, bool first, std::uint16_t changed);
+
+  /// In the first status words a value may be left from before.
+  static constexpr std::uint64_t kSettledWords = 3;
 
   const Words words_;
   const AlMachine& al_;
@@ -124,6 +128,8 @@ class LatchUnit {
 
   LatchControl control_;
   LatchStatus status_;
+  std::uint16_t armed_ = 0;     ///< bits that were 1 in a control word since the slave went to SAFEOP
+  std::uint32_t selected_ = 0;  ///< bit n: selector n was in one
   std::array<std::uint64_t, kMaxInputs> input_changes_{};
   LatchPlaces places_;
   LatchReporter report_;

@@ -385,7 +385,7 @@ void ProcessData::Computation::Name(Signal& signal, Entry& entry) const {
     signal.type_standard =
         info.type_source == events::NameSource::kStandard || info.type_source == events::NameSource::kInferred;
   }
-  signal.unit = std::move(info.unit);
+  signal.unit = std::move(info.pdo_unit.empty() ? info.unit : info.pdo_unit);
   signal.scaled_by_sdo = !info.scale.empty() && info.scale != "1:1";
   signal.scale = std::move(info.pdo_scale.empty() ? info.scale : info.pdo_scale);
 }

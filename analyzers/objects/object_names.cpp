@@ -54,6 +54,7 @@ void Take(const Rows& rows, std::uint8_t subindex, NameSource source, ObjectInfo
   info.type_source = source;
   info.unit = rows.entry->unit;
   info.scale = rows.entry->scale;
+  info.pdo_unit = rows.entry->pdo_unit;
   info.pdo_scale = rows.entry->pdo_scale;
 }
 

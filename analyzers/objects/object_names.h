@@ -33,7 +33,8 @@ struct ObjectInfo {
   NameSource type_source = NameSource::kNone;
   std::string unit;       ///< empty: none
   std::string scale;      ///< by SDO: "1000:1"; empty: plain number
-  std::string pdo_scale;  ///< in the process data, if it is another one; else empty
+  std::string pdo_unit;   ///< in the process data, if it is another one; else empty
+  std::string pdo_scale;  ///< likewise
 };
 
 class ObjectNames {

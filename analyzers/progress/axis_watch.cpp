@@ -38,7 +38,23 @@ void AxisWatch::SetDrive(const device::DriveProfile* drive) {
 }
 
 void AxisWatch::NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16_t word, const FrameRef& frame) {
-  if (reserved.bits == 0 && (word & mask) != 0) reserved = {static_cast<std::uint16_t>(word & mask), word, frame};
+  if (reserved.bits == 0 && (word & mask) != 0)
+    reserved = {static_cast<std::uint16_t>(word & mask), word, frame, std::nullopt};
+}
+
+/// Bits 4 to 6, in a mode that the drive shows and works in: before it may be another one.
+void AxisWatch::NoteReservedOfMode(std::uint16_t word, const FrameRef& frame) {
+  const bool works = now_.in_op == InOp::kYes && now_.enabled() && now_.mode_shown;
+  if (drive_ == nullptr || reserved_control_.bits != 0 || !works) return;
+  if (now_.mode_asked().value_or(*now_.mode_shown) != *now_.mode_shown) return;
+  for (const device::ModeBits& row : drive_->mode_bits) {
+    if (row.mode != *now_.mode_shown) continue;
+    unsigned mask = 0;
+    unsigned bit = kStartBit;
+    for (const std::string* use : {&row.bit4, &row.bit5, &row.bit6}) mask |= (*use == "reserved" ? 1U : 0U) << bit++;
+    NoteReserved(reserved_control_, static_cast<std::uint16_t>(mask), word, frame);
+    if (reserved_control_.bits != 0) reserved_control_.mode = row.mode;
+  }
 }
 
 void AxisWatch::Side(const SlaveSide& slave) {
@@ -220,6 +236,7 @@ void AxisWatch::TakeControl(std::int64_t word, const FrameRef& frame) {
   control_seen_ = true;
   seen_in_op_ = seen_in_op_ || now_.in_op == InOp::kYes;
   if (now_.in_op == InOp::kYes) NoteReserved(reserved_control_, reserved_control_mask_, value, frame);
+  if (now_.control != value) NoteReservedOfMode(value, frame);
   if (!now_.control) {
     now_.control_first = true;
     now_.control_since = frame;
@@ -245,7 +262,7 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   // 0 may mean that no inputs were valid yet.
   if (now_.in_op == InOp::kYes && *now_.status != 0 && odd_status_.bits == 0) {
     const auto odd = static_cast<std::uint16_t>((*now_.status ^ level_) & level_mask_);
-    if (odd != 0) odd_status_ = {odd, *now_.status, frame};
+    if (odd != 0) odd_status_ = {odd, *now_.status, frame, std::nullopt};
   }
   if (now_.state != last_state_) {
     now_.state_changed = true;

@@ -74,6 +74,7 @@ class AxisWatch {
     std::uint16_t bits = 0;
     std::uint16_t word = 0;
     FrameRef frame;
+    std::optional<std::int8_t> mode;  ///< in which the family reserves them; unset: in each
   };
   [[nodiscard]] const Reserved& reserved_control() const { return reserved_control_; }
   /// Likewise the first status word of a state in OP with bits of another level than the manual binds them to.
@@ -139,6 +140,7 @@ class AxisWatch {
   void TakeModes(const AxisValues& values, const FrameRef& frame);
   void Step(const FrameRef& frame);
 
+  void NoteReservedOfMode(std::uint16_t word, const FrameRef& frame);
   static void NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16_t word, const FrameRef& frame);
 
   const device::DriveProfile* drive_ = nullptr;

@@ -27,10 +27,12 @@ enum class NotApplicable : std::uint8_t {
   kInInit,
   kMailboxUnused,
   kNoCoe,
+  kNoEoe,
   kMappingUntouched,
   kNoProcessData,
   kNoCycle,
   kNoDrive,
+  kNoFaultBits,
   kClockUnused,
   kNoLatch,
   kLatchUnused
@@ -54,6 +56,8 @@ enum class NotApplicable : std::uint8_t {
       return "the mailbox is not used";
     case NotApplicable::kNoCoe:
       return "the mailbox is not used for CoE";
+    case NotApplicable::kNoEoe:
+      return "the mailbox is not used for EoE";
     case NotApplicable::kMappingUntouched:
       return "no PDO assignment or mapping is written or read";
     case NotApplicable::kNoProcessData:
@@ -62,6 +66,8 @@ enum class NotApplicable : std::uint8_t {
       return "no cycle time is set in the capture";
     case NotApplicable::kNoDrive:
       return "the slave is not used as a drive: no control or status word";
+    case NotApplicable::kNoFaultBits:
+      return "no object of the slave is known to show faults by its bits";
     case NotApplicable::kClockUnused:
       return "the distributed clock is not used";
     case NotApplicable::kNoLatch:

@@ -21,6 +21,7 @@ enum class Subject : std::uint8_t {
   kConfiguration,  ///< a slave whose sync managers and FMMUs are seen to be set
   kMailbox,        ///< a slave whose mailbox is used
   kCoe,            ///< ... for CoE
+  kEoe,            ///< ... for EoE
   kMapping,        ///< a slave with process data whose contents are known
   kMappingWrites,  ///< a slave whose PDO assignment or mapping is written or read
   kProcessData,    ///< a slave that exchanges process data
@@ -29,6 +30,7 @@ enum class Subject : std::uint8_t {
   kDrive,          ///< a drive whose control and status word are seen
   kClock,          ///< a slave whose distributed clock is used
   kLatch,          ///< a slave whose latch words are seen
+  kFaultBits,      ///< a slave whose family has objects with bits that show faults
   kExpectation     ///< a start-up for which an expectation is given
 };
 

@@ -12,6 +12,7 @@
 #include "cli/commands/command.h"
 #include "cli/families.h"
 #include "cli/lookup/meaning.h"
+#include "cli/lookup/profile_facts.h"
 #include "cli/lookup/progress_meanings.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
@@ -157,7 +158,8 @@ class ExplainCommand : public Command {
         "  al-refused             a rule, as reports and 'ecaudit rules' print it\n"
         "  0x001d                 AL status code, register, object or emergency: all that has this number\n"
         "  0x06090011             SDO abort code\n"
-        "  F125, n503             fault or warning that a drive shows\n"
+        "  F125, n503, F28        fault or warning that a drive shows\n"
+        "  NAME                   parameter or other word of the manuals, as they print it\n"
         "  6040h, 1018h:1         object, by family; 6040h, 6041h and 6060h with bits and values\n"
         "  6041h=0x1237           value of an object: state and bits\n"
         "  6041, 1C12:1, 27       the same without a mark; 27 is a code in decimal and in hexadecimal\n"
@@ -180,7 +182,9 @@ class ExplainCommand : public Command {
     if (!known) return Fail(console, known.error());
     const Result<Families> families = AskedFamilies(*known);
     if (!families) return Fail(console, families.error());
-    const std::vector<Meaning> meanings = LookUp(what, *families);
+    std::vector<Meaning> meanings = LookUp(what, *families);
+    // Parameters are also mentioned in rows of other names: bits of objects, files.
+    if (meanings.empty() || what.find('.') != std::string::npos) lookup::AddMentions(what, *families, *known, meanings);
     if (meanings.empty()) return Unknown(console, what);
     return output_.Print(
         console, [&meanings](bool color) { return MeaningsText(meanings, color); },

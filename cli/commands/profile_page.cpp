@@ -97,7 +97,7 @@ void AppendStatusCodes(const device::AlDescription& al, report::TextBuilder& tex
   if (al.status_codes.empty()) return;
   text.Line();
   text.Line(text.Styled("AL status codes", Style::kBold) +
-            (al.status_codes_complete ? " (the manual supports no others)" : " (others are possible)"));
+            (al.status_codes_complete ? " (the manual lists no others)" : " (others are possible)"));
   for (const device::AlStatusCode& code : al.status_codes) {
     std::string line = report::Padded(Hex(code.code), 8) + OneLine(code.name);
     std::string where;

@@ -95,8 +95,7 @@ void AddAlStatusCode(std::uint16_t code, const Families& families, std::vector<M
   if (!listed) return;
   for (const DeviceDescription* family : families) {
     if (family->DocumentsAlStatusCode(code)) continue;
-    meaning.statements.push_back(
-        {family->id, "not in its list, which its manual calls complete", {}, family->al.source});
+    meaning.statements.push_back({family->id, "not in its list", {}, family->al.source});
   }
   meaning.details.emplace_back("where",
                                "register 0x0134 (AL Status Code), valid while the error bit of AL Status 0x0130 "

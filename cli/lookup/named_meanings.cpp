@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "cli/lookup/manual_rows.h"
 #include "cli/lookup/meanings.h"
 #include "decoder/base/text.h"
 
@@ -147,6 +148,7 @@ void ForEachRow(const DeviceDescription& family, Visit visit) {
   for (const device::Fact& row : family.facts) {
     visit(JoinedRow().Add(row.category).Add(row.name).Take(), row.value, row.note, row.source);
   }
+  for (const ManualRow& row : ManualRows(family)) visit(row.title, row.words, row.note, row.source);
   if (family.dictionary) {
     for (const device::DictionaryObject& row : family.dictionary->objects) {
       if (row.keyword.empty()) continue;
@@ -167,6 +169,7 @@ void ForEachRow(const DeviceDescription& family, Visit visit) {
 std::string ModeWithParameters(const device::DriveProfile& drive, const device::OperationMode& mode) {
   std::string text = mode.name;
   if (mode.opmode) text += ", " + drive.opmode_parameter + " " + std::to_string(*mode.opmode);
+  if (mode.printed_opmode) text += " (printed " + std::to_string(*mode.printed_opmode) + ")";
   if (mode.cmdsource) text += ", " + drive.cmdsource_parameter + " " + std::to_string(*mode.cmdsource);
   return text;
 }

@@ -15,6 +15,8 @@ using device::DictionaryObject;
 
 /// A long array is the same row again and again; a page shows the first ones.
 constexpr std::size_t kMostRows = 40;
+/// The families that have no bits of their own inherit those of the standard.
+constexpr std::uint16_t kErrorRegister = 0x1001;
 
 void Join(std::string& text, std::string_view part) {
   if (part.empty()) return;
@@ -62,12 +64,16 @@ std::string RowText(const DictionaryObject& row) {
       types += (types.empty() ? "" : " or ") + std::string(name);
     }
     Join(text, types);
+    if (!row.printed_type.empty()) text += " (printed " + row.printed_type + ")";
     Join(text, row.constant ? "constant" : Name(row.access));
+    if (!row.printed_access.empty()) text += " (printed " + row.printed_access + ")";
     Join(text, Name(row.mappable));
     if (row.only) Join(text, *row.only == device::PdoDirection::kRx ? "in RxPDOs only" : "in TxPDOs only");
     Join(text, row.unit.empty() ? "" : "unit " + row.unit);
     Join(text, row.scale.empty() ? "" : "scale " + row.scale);
-    Join(text, row.pdo_scale.empty() ? "" : "in the process data " + row.pdo_scale);
+    if (!row.pdo_scale.empty()) Join(text, "in the process data scale " + row.pdo_scale);
+    if (!row.pdo_unit.empty()) Join(text, "in the process data unit " + row.pdo_unit);
+    if (row.max_bytes != 0) Join(text, "at most " + Count(row.max_bytes, "byte"));
     Join(text, row.keyword.empty() ? "" : "parameter " + row.keyword);
   }
   std::string place;
@@ -101,6 +107,34 @@ void AddWordBits(const std::string& name, const std::vector<device::WordBit>& bi
     std::string text = "bit " + std::to_string(bit.bit) + ": " + bit.name;
     Join(text, bit.meaning);
     out.push_back({name, text, bit.note, bit.source});
+  }
+}
+
+std::string BitsName(unsigned first, unsigned last) {
+  return first == last ? "bit " + std::to_string(first) : "bits " + std::to_string(first) + "-" + std::to_string(last);
+}
+
+/// Bits and values of objects that are no word of the state machine: of the object itself, and of the fieldbus
+/// parameter that it holds.
+void AddObjectBits(const DeviceDescription& family, const std::string& name, std::uint16_t index,
+                   std::optional<std::uint8_t> subindex, std::vector<Statement>& out) {
+  for (const device::ObjectBits& row : family.object_bits) {
+    if (row.index != index || (subindex && row.subindex != *subindex)) continue;
+    std::string text = BitsName(row.first, row.last);
+    if (row.value) text += " = " + std::to_string(*row.value);
+    text += ": " + row.name;
+    Join(text, row.meaning);
+    out.push_back({name, text, row.note, row.source});
+  }
+  const DictionaryObject* object = family.dictionary ? family.dictionary->Find(index, subindex.value_or(0)) : nullptr;
+  if (object != nullptr && !object->keyword.empty()) {
+    for (const device::FieldbusParameter& row : family.fieldbus_parameters) {
+      if (row.parameter != object->keyword) continue;
+      std::string text = row.parameter;
+      if (row.bit) text += " bit " + std::to_string(*row.bit);
+      if (row.value) text += " = " + std::to_string(*row.value);
+      out.push_back({name, text + ": " + row.meaning, row.note, row.source});
+    }
   }
 }
 
@@ -138,7 +172,8 @@ void AddCommands(const std::string& name, const device::DriveProfile& drive, std
     std::string transitions;
     for (const std::uint8_t number : row.transitions) Join(transitions, std::to_string(number));
     out.push_back({name,
-                   "command " + row.name + ": " + (bits.empty() ? "any word" : bits) + "; " +
+                   "command " + row.name + (row.variant.empty() ? "" : " " + row.variant) + ": " +
+                       (bits.empty() ? "any word" : bits) + "; " +
                        (row.transitions.size() == 1 ? "transition " : "transitions ") + transitions,
                    row.note, row.source});
   }
@@ -164,6 +199,39 @@ void AddLatchBits(const std::string& name, const device::LatchDescription& latch
   }
 }
 
+/// Where the positions of a latch are, and which capture unit it shares with a touch probe.
+void AddLatchEdges(const std::string& name, const device::LatchDescription& latch, std::uint16_t index,
+                   std::vector<Statement>& out) {
+  if (index != latch.control_object && index != latch.status_object) return;
+  for (const device::LatchEdge& row : latch.edges) {
+    std::string text = row.name + ": armed by " + Hex(row.enable) + ", valid " + Hex(row.valid);
+    if (row.selector != 0) Join(text, "selector " + std::to_string(row.selector));
+    for (const device::ObjectAddress& at : row.positions) Join(text, "position " + ObjectName(at.index, at.subindex));
+    if (row.touch_probe != 0) Join(text, "same unit as touch probe " + std::to_string(row.touch_probe));
+    Join(text, row.capture_unit.empty() ? "" : "unit " + row.capture_unit);
+    out.push_back({name, text, row.note, row.source});
+  }
+}
+
+/// "fault number, 1 is F1": what the object holds of faults and warnings.
+/// @param standard  whose rows a family repeats; null: none, or this is the standard
+void AddNumbers(const DeviceDescription& family, const std::string& name, const device::DriveProfile* standard,
+                std::uint16_t index, std::optional<std::uint8_t> subindex, std::vector<Statement>& out) {
+  const auto add = [&](const std::vector<device::FaultObject>& rows) {
+    for (const device::FaultObject& row : rows) {
+      if (row.index != index || (subindex && !row.Holds(index, *subindex))) continue;
+      const device::FaultObject* common =
+          standard == nullptr ? nullptr : standard->FindFaultObject(index, row.subindex);
+      if (common != nullptr && common->source == row.source) continue;
+      std::string text(device::FaultValueName(row.kind));
+      if (!row.prefix.empty()) text += ", 1 is " + row.prefix + "1";
+      out.push_back({name, text, row.note, row.source});
+    }
+  };
+  if (family.drive) add(family.drive->fault_objects);
+  add(family.reported_objects);
+}
+
 /// What only drives have: the bits of control and status word, the modes of operation.
 void AddDriveWords(const DeviceDescription& family, const std::string& name, const device::DriveProfile* standard,
                    std::uint16_t index, std::vector<Statement>& out) {
@@ -178,7 +246,7 @@ void AddDriveWords(const DeviceDescription& family, const std::string& name, con
     for (const device::DriveStateRow& row : family.drive->states) {
       rows.push_back({name,
                       "state " + std::string(device::DriveStateName(row.state)) + ": (word & " + Hex(row.printed.mask) +
-                          ") = " + Hex(row.printed.value),
+                          ") = " + Hex(row.printed.value) + (row.meaning.empty() ? "" : ", " + row.meaning),
                       row.note, row.source});
     }
     AddWordBits(name, family.drive->status_bits, rows);
@@ -292,10 +360,17 @@ void AddObject(std::uint16_t index, std::optional<std::uint8_t> subindex, const 
       AddRows(name, family.drive->objects, index, subindex, meaning.statements);
     }
     AddPdos(family, name, index, subindex, meaning.statements);
+    const bool own_bits =
+        is_standard || generic == nullptr || family.object_bits.size() != generic->object_bits.size() ||
+        (!family.object_bits.empty() && family.object_bits.front().source != generic->object_bits.front().source);
+    if (own_bits || index != kErrorRegister) AddObjectBits(family, name, index, subindex, meaning.statements);
     AddParameters(family, name, index, subindex, meaning.statements);
+    AddNumbers(family, name, is_standard || generic == nullptr || !generic->drive ? nullptr : &*generic->drive, index,
+               subindex, meaning.statements);
     for (const auto* latch : {&family.latch, &family.touch_probe}) {
-      if (*latch && (*latch)->source.starts_with(family.document))
-        AddLatchBits(name, **latch, index, meaning.statements);
+      if (!*latch || !(*latch)->source.starts_with(family.document)) continue;
+      AddLatchBits(name, **latch, index, meaning.statements);
+      AddLatchEdges(name, **latch, index, meaning.statements);
     }
     AddDriveWords(family, name, generic != nullptr && generic->drive ? &*generic->drive : nullptr, index,
                   meaning.statements);
@@ -306,7 +381,11 @@ void AddObject(std::uint16_t index, std::optional<std::uint8_t> subindex, const 
   }
   // Ranges of the standard (PDO mappings, PDO assignments), which no list has one by one.
   const events::ObjectNames names;
-  const events::ObjectInfo info = subindex ? names.Find(nullptr, index, *subindex) : names.FindWhole(nullptr, index);
+  events::ObjectInfo info = subindex ? names.Find(nullptr, index, *subindex) : names.FindWhole(nullptr, index);
+  if (!subindex && generic != nullptr && generic->drive) {
+    const DictionaryObject* head = device::FindObjectHead(generic->drive->objects, index);
+    if (head != nullptr && head->head && !head->name.empty()) info.name = head->name;
+  }
   if (!info.name.empty()) meaning.name += " " + info.name;
   if (meaning.statements.empty()) {
     if (info.name.empty()) return;

@@ -73,6 +73,29 @@ std::string_view Text(esc::Unit unit) {
   return "";
 }
 
+/// "; the master reads, the drive reads and writes": what the family's manual states of the two sides.
+std::string Sides(device::Access master, device::Access drive) {
+  const auto does = [](device::Access access) -> std::string_view {
+    switch (access) {
+      case device::Access::kUnknown:
+        return "";
+      case device::Access::kNone:
+        return "has no access";
+      case device::Access::kRead:
+        return "reads";
+      case device::Access::kWrite:
+        return "writes";
+      case device::Access::kReadWrite:
+        return "reads and writes";
+    }
+    return "";
+  };
+  std::string text;
+  if (!does(master).empty()) text += "; the master " + std::string(does(master));
+  if (!does(drive).empty()) text += (text.empty() ? "; the drive " : ", the drive ") + std::string(does(drive));
+  return text;
+}
+
 std::string Bits(unsigned first, unsigned last) {
   return first == last ? "bit " + std::to_string(first) : "bits " + std::to_string(last) + ":" + std::to_string(first);
 }
@@ -208,7 +231,12 @@ void AddRegister(std::uint16_t address, const Families& families, std::vector<Me
     if (own && (hit || right->buffer)) {
       if (!hit && meaning.name.empty()) meaning.name = Hex(address) + " " + right->name;
       meaning.statements.push_back(
-          {family->id, Place(right->address, right->length) + " " + right->name, right->note, right->source});
+          {family->id,
+           Place(right->address, right->length) + " " + right->name +
+               (right->printed_length.empty() ? "" : " (printed length " + right->printed_length + ")") +
+               Sides(right->ecat, right->drive) +
+               (right->printed_ecat.empty() ? "" : " (printed " + right->printed_ecat + ")"),
+           right->note, right->source});
     }
     for (const auto* rows : {&family->register_bits, &family->event_bits}) {
       for (const device::RegisterBits& row : *rows) {
@@ -217,6 +245,9 @@ void AddRegister(std::uint16_t address, const Families& families, std::vector<Me
         std::string text = Bits(row.first + shift, row.last + shift) +
                            (row.value ? " = " + std::to_string(*row.value) : "") + ": " + row.name;
         if (!row.meaning.empty()) text += ", " + row.meaning;
+        if (row.rising) text += *row.rising ? " (by its rising edge)" : " (by its falling edge)";
+        text += Sides(row.ecat, row.drive);
+        if (row.printed_address) text += " (printed address " + Hex(*row.printed_address) + ")";
         meaning.statements.push_back({family->id, text, row.note, row.source});
       }
     }

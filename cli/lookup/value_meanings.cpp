@@ -2,6 +2,7 @@
 #include <string>
 
 #include "analyzers/objects/object_names.h"
+#include "analyzers/objects/object_words.h"
 #include "cli/lookup/meanings.h"
 #include "decoder/base/text.h"
 
@@ -28,6 +29,17 @@ std::string BitsText(const std::vector<device::WordBit>& bits, std::uint64_t val
 
 std::optional<Statement> StatementOf(const device::DeviceDescription& family, std::uint16_t index,
                                      std::uint64_t value) {
+  const bool word = index == kControlWord || index == kStatusWord || index == kMode || index == kModeShown;
+  if (!word) {
+    // An array of numbers has its first one in subindex 1.
+    for (const std::uint8_t subindex : {std::uint8_t{0}, std::uint8_t{1}}) {
+      const std::string words = events::WordsOf(family, index, subindex, value);
+      if (words.empty()) continue;
+      const device::DictionaryObject* row = family.object(index, subindex);
+      return Statement{{}, words, {}, row == nullptr ? std::string() : row->source};
+    }
+    return std::nullopt;
+  }
   if (!family.drive) return std::nullopt;
   const device::DriveProfile& drive = *family.drive;
   const auto source = [](const auto& rows) { return rows.empty() ? std::string() : rows.front().source; };

@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "analyzers/objects/object_value.h"
+#include "analyzers/objects/object_words.h"
 #include "analyzers/objects/relatives.h"
 #include "cli/stream/event_writer.h"
 #include "cli/stream/message_text.h"
@@ -209,6 +210,7 @@ struct SdoObject {
   bool has_value = false;
   events::ObjectInfo info;
   events::ObjectValue value;
+  std::string words;  ///< the value in words of the family's manual; empty: none
 };
 
 SdoObject ObjectOf(const mailbox::SdoTransfer& event, const events::ObjectNames& names,
@@ -225,6 +227,9 @@ SdoObject ObjectOf(const mailbox::SdoTransfer& event, const events::ObjectNames&
     object.value = event.complete_access
                        ? events::ReadCompleteAccess(names, profile, event.index, event.subindex, event.data)
                        : events::ReadValue(names, profile, event.index, event.subindex, event.data);
+    if (!event.complete_access && profile != nullptr && event.data.size() <= 8) {
+      object.words = events::WordsOf(*profile, event.index, event.subindex, UnsignedOf(event.data));
+    }
   }
   return object;
 }
@@ -251,6 +256,7 @@ void WriteSdoFields(EventRow& row, const mailbox::SdoTransfer& event, const SdoO
   // Beyond the contract.
   row.json.Text("outcome", OutcomeName(event.outcome));
   row.TextOrNull("text", object.value.text);
+  row.TextOrNull("words", object.words);
   const bool type_known = object.info.type != mailbox::DataType::kUnknown;
   row.TextOrNull("type", type_known ? mailbox::Name(object.info.type) : "");
   row.TextOrNull("name_source", events::Name(object.info.name_source));
@@ -272,6 +278,7 @@ void WriteSdoText(EventRow& row, const mailbox::SdoTransfer& event, const SdoObj
   if (object.info.name_source == events::NameSource::kInferred) row.text += " (inferred)";
   if (object.has_value) {
     row.text += " = " + Shortened(object.value.text);
+    if (!object.words.empty()) row.text += " (" + Printable(object.words) + ")";
     if (event.size > 8) row.Note(Count(event.size, "byte"));
   }
   if (event.outcome == mailbox::SdoOutcome::kAborted) {
@@ -571,6 +578,10 @@ void EventWriter::On(const mailbox::Emergency& event) {
   if (known != nullptr && !known->text.empty()) row.text += " " + known->text;
   if (info.inferred) row.Note("inferred");
   row.text += ", error register " + Hex(event.data.error_register, 2) + ", data " + HexBytes(event.data.data);
+  if (profile != nullptr && profile->emergency && profile->emergency->category) {
+    row.text += ", error category " + Hex(event.data.data[0], 2);
+    if (const std::string number = mailbox::NumberText(event.data); !number.empty()) row.text += ", number " + number;
+  }
   if (event.data.too_short) row.Note("too short");
   row.style = event.data.error_code == 0 ? Style::kGood : warning ? Style::kWarning : Style::kError;
 }

@@ -19,6 +19,8 @@ std::string_view NameOf(ColumnKind kind) {
       return "drive-state";
     case ColumnKind::kDriveCommand:
       return "drive-command";
+    case ColumnKind::kMeaning:
+      return "meaning";
     case ColumnKind::kDatagram:
       return "datagram";
     case ColumnKind::kRaw:

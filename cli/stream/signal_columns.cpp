@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "analyzers/model/drive_axes.h"
+#include "analyzers/objects/object_words.h"
 #include "analyzers/signals/signal_value.h"
 #include "cli/report/layout.h"
 #include "decoder/base/text.h"
@@ -204,11 +205,12 @@ const PartColumns& SignalColumns::Of(const model::ImagePart& part, const track::
     filled.place = static_cast<std::uint32_t>(i);
     const auto axis = model::DriveAxes::AxisOfWord(signal.index, signal.subindex, signal.bits);
     const bool word = axis.has_value();
+    const bool described = !word && events::HasWords(*part.model->profile, signal.index, signal.subindex);
     const bool status = word && signal.index == model::ObjectOfAxis(model::kStatusWord, *axis);
-    if (choice_.states && word && part.model->profile->drive) {
+    if (choice_.states && ((word && part.model->profile->drive) || described)) {
       SignalColumn extra = column;
-      extra.kind = status ? ColumnKind::kDriveState : ColumnKind::kDriveCommand;
-      const std::string_view what = status ? " state" : " command";
+      extra.kind = described ? ColumnKind::kMeaning : status ? ColumnKind::kDriveState : ColumnKind::kDriveCommand;
+      const std::string_view what = described ? " meaning" : status ? " state" : " command";
       extra.name += what;
       if (!extra.variable.empty()) extra.variable += what;
       filled.column = Find(std::move(column));

@@ -17,6 +17,7 @@ enum class ColumnKind : std::uint8_t {
   kSignal,
   kDriveState,    ///< of a status word
   kDriveCommand,  ///< of a control word
+  kMeaning,       ///< of another object, in the words of the family's manual
   kRaw,           ///< all bytes of one slave and direction, where their meaning is not known
   kDatagram,      ///< all bytes of a datagram, where no place of a slave in it is known
 };
@@ -62,7 +63,7 @@ struct PartColumns {
   struct Signal {
     std::uint32_t place = 0;  ///< number in ImagePart::places
     std::uint32_t column = kNone;
-    std::uint32_t extra = kNone;  ///< state or command
+    std::uint32_t extra = kNone;  ///< state, command or meaning
   };
   std::vector<Signal> signals;
   std::uint32_t raw = kNone;

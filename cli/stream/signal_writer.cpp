@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "analyzers/objects/object_words.h"
 #include "cli/interrupt.h"
 #include "decoder/base/text.h"
 #include "decoder/base/wrapping.h"
@@ -78,11 +79,11 @@ void SignalWriter::BeginLearning(Observation& observation, const StreamContext& 
   tape_.Clear();
   layouts_.clear();
   layout_of_kind_.clear();
-  kept_drives_.clear();
+  kept_families_.clear();
   kept_kinds_.clear();
   before_ = {};
   cells_.clear();
-  drives_.clear();
+  families_.clear();
   BeginPass(observation, context);
 }
 
@@ -108,13 +109,15 @@ std::optional<Error> SignalWriter::EndLearning(Console& console) {
   const std::size_t count = columns_.columns().size();
   cells_.assign(count, {});
   shown_.resize(count);
-  drives_.assign(count, nullptr);
+  families_.assign(count, nullptr);
   words_.resize(count);
   texts_.resize(count);
   word_columns_.clear();
   for (std::uint32_t column = 0; column < count; ++column) {
     const ColumnKind kind = columns_.columns()[column].kind;
-    if (kind == ColumnKind::kDriveState || kind == ColumnKind::kDriveCommand) word_columns_.push_back(column);
+    if (kind == ColumnKind::kDriveState || kind == ColumnKind::kDriveCommand || kind == ColumnKind::kMeaning) {
+      word_columns_.push_back(column);
+    }
   }
 
   ReportOddities(console);
@@ -232,9 +235,9 @@ void SignalWriter::KeepNumbers(std::span<const std::uint32_t> columns) {
     to = RowTape::PutAt(to, raw ^ before[column]);
     before[column] = raw;
     if (kinds[column] == ColumnKind::kSignal) continue;
-    const auto drive = std::find(kept_drives_.begin(), kept_drives_.end(), drives_[column]);
-    to = RowTape::PutAt(to, static_cast<std::uint64_t>(drive - kept_drives_.begin()));
-    if (drive == kept_drives_.end()) kept_drives_.push_back(drives_[column]);
+    const auto drive = std::find(kept_families_.begin(), kept_families_.end(), families_[column]);
+    to = RowTape::PutAt(to, static_cast<std::uint64_t>(drive - kept_families_.begin()));
+    if (drive == kept_families_.end()) kept_families_.push_back(families_[column]);
   }
   tape_.PutUpTo(to);
 }
@@ -263,7 +266,7 @@ void SignalWriter::TakeRow() {
     cell.content = all_numbers ? Content::kNumber : static_cast<Content>(tape_.TakeNumber());
     if (cell.content == Content::kNumber) {
       cell.raw = before[column] ^= tape_.TakeNumber();
-      if (kinds[column] != ColumnKind::kSignal) drives_[*place] = kept_drives_[tape_.TakeNumber()];
+      if (kinds[column] != ColumnKind::kSignal) families_[*place] = kept_families_[tape_.TakeNumber()];
     } else if (cell.content == Content::kBytes) {
       tape_.Take(cell.bytes, tape_.TakeNumber());
     }
@@ -345,7 +348,7 @@ void SignalWriter::On(const model::ProcessDataUnplaced& event) {
 RowCell& SignalWriter::Fill(std::uint32_t column) {
   if (column >= cells_.size()) {
     cells_.resize(column + std::size_t{1});
-    drives_.resize(column + std::size_t{1});
+    families_.resize(column + std::size_t{1});
   }
   RowCell& cell = cells_[column];
   if (cell.content == Content::kAbsent) row_.filled.push_back(column);
@@ -394,9 +397,14 @@ void SignalWriter::On(const model::ProcessCycle& cycle) {
     cell.raw = value.value_or(0);
     if (signal.extra == PartColumns::kNone) continue;
     RowCell& extra = Fill(signal.extra);
-    drives_[signal.extra] = part.model->profile->drive ? &*part.model->profile->drive : nullptr;
+    families_[signal.extra] = part.model->profile;
     if (!value) {
       extra.content = Content::kUnknown;
+      continue;
+    }
+    if (columns_.columns()[signal.extra].kind == ColumnKind::kMeaning) {
+      extra.raw = *value;
+      extra.content = Content::kNumber;
       continue;
     }
     // Commands depend on the word before: both are kept, the newer one in the low half.
@@ -490,15 +498,22 @@ void SignalWriter::WriteRow() {
 /// Drives keep a state for long, and its name takes a search.
 void SignalWriter::RenewWord(std::uint32_t column) {
   const std::uint64_t raw = cells_[column].raw;
-  const device::DriveProfile* drive = drives_[column];
+  const device::DeviceDescription* family = families_[column];
   Word& known = words_[column];
-  if (known.raw == raw && known.drive == drive) return;
-  known = {raw, drive};
+  if (known.raw == raw && known.family == family) return;
+  known = {raw, family};
   std::string& text = texts_[column];
   text.clear();
-  if (drive == nullptr) return;
+  if (family == nullptr) return;
+  const SignalColumn& about = columns_.columns()[column];
+  if (about.kind == ColumnKind::kMeaning) {
+    text = events::WordsOf(*family, about.index, about.subindex, raw);
+    return;
+  }
+  if (!family->drive) return;
+  const device::DriveProfile* drive = &*family->drive;
   const auto word = static_cast<std::uint16_t>(raw);
-  if (columns_.columns()[column].kind == ColumnKind::kDriveCommand) {
+  if (about.kind == ColumnKind::kDriveCommand) {
     text = CommandText(*drive, static_cast<std::uint16_t>(raw >> 16U), word);
   } else if (const auto state = drive->StateOf(word)) {
     text = device::DriveStateName(*state);

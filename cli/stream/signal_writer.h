@@ -56,10 +56,10 @@ class SignalWriter final : public LineWriter {
 
  private:
   using Content = RowCell::Content;
-  /// The last word of a state or command column.
+  /// The last value of a state, command or meaning column.
   struct Word {
     std::optional<std::uint64_t> raw;  ///< unset: nothing yet
-    const device::DriveProfile* drive = nullptr;
+    const device::DeviceDescription* family = nullptr;
   };
   /// The frame whose row is being put together.
   struct Row {
@@ -114,7 +114,7 @@ class SignalWriter final : public LineWriter {
   RowTape tape_;
   std::vector<KeptLayout> layouts_;
   std::unordered_map<std::uint64_t, std::uint32_t> layout_of_kind_;  ///< the last one
-  std::vector<const device::DriveProfile*> kept_drives_;
+  std::vector<const device::DeviceDescription*> kept_families_;
   std::vector<ColumnKind> kept_kinds_;  ///< of columns, as numbered before they were sorted
   KeptBefore before_;
 
@@ -128,11 +128,11 @@ class SignalWriter final : public LineWriter {
   std::uint64_t kind_ = 0;  ///< of the datagram at hand
   Row row_;
   std::vector<RowCell> cells_;
-  std::vector<RowCell> shown_;                       ///< as last written, for --changes
-  std::vector<const device::DriveProfile*> drives_;  ///< of state and command columns
-  std::vector<Word> words_;                          ///< likewise
-  std::vector<std::string> texts_;                   ///< likewise, the meaning of words_
-  std::vector<std::uint32_t> word_columns_;          ///< the state and command columns
+  std::vector<RowCell> shown_;                              ///< as last written, for --changes
+  std::vector<const device::DeviceDescription*> families_;  ///< of state, command and meaning columns
+  std::vector<Word> words_;                                 ///< likewise
+  std::vector<std::string> texts_;                          ///< likewise, the meaning of words_
+  std::vector<std::uint32_t> word_columns_;                 ///< those columns
   std::vector<std::uint8_t> scratch_;
   RowTable table_;
   std::vector<std::unique_ptr<RowSink>> sinks_;  ///< by target

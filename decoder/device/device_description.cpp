@@ -77,6 +77,30 @@ const RegisterRight* DeviceDescription::register_right(EscAddress address) const
   return it->Covers(address) ? &*it : nullptr;
 }
 
+const EmergencyCode* DeviceDescription::emergency_by_id(std::string_view wanted) const {
+  if (!emergency) return nullptr;
+  const auto& codes = emergency->codes;
+  const auto found =
+      std::find_if(codes.begin(), codes.end(), [&](const EmergencyCode& row) { return row.id == wanted; });
+  return found == codes.end() ? nullptr : &*found;
+}
+
+const FaultObject* DeviceDescription::number_object(std::uint16_t index, std::uint8_t subindex) const {
+  const FaultObject* row = drive ? drive->FindFaultObject(index, subindex) : nullptr;
+  if (row != nullptr) return row;
+  const auto own = std::find_if(reported_objects.begin(), reported_objects.end(),
+                                [&](const FaultObject& each) { return each.Holds(index, subindex); });
+  return own == reported_objects.end() ? nullptr : &*own;
+}
+
+const DictionaryObject* DeviceDescription::object_of_keyword(std::string_view keyword) const {
+  if (!dictionary || keyword.empty()) return nullptr;
+  const auto& objects = dictionary->objects;
+  const auto row = std::find_if(objects.begin(), objects.end(),
+                                [&](const DictionaryObject& each) { return each.keyword == keyword; });
+  return row == objects.end() ? nullptr : &*row;
+}
+
 const DictionaryObject* DeviceDescription::object(std::uint16_t index, std::uint8_t subindex) const {
   if (dictionary) {
     if (const DictionaryObject* found = dictionary->Find(index, subindex)) return found;

@@ -17,6 +17,7 @@
 #include "decoder/device/esi_description.h"
 #include "decoder/device/latch_description.h"
 #include "decoder/device/mailbox_description.h"
+#include "decoder/device/object_bits.h"
 #include "decoder/device/object_dictionary.h"
 #include "decoder/device/pdo_description.h"
 #include "decoder/device/register_bits.h"
@@ -66,6 +67,8 @@ class DeviceDescription {
   std::optional<DriveProfile> drive;        ///< unset: no CiA 402 drive
   PdoDescription pdo;
   std::optional<ObjectDictionary> dictionary;  ///< unset: no dictionary documented
+  std::vector<ObjectBits> object_bits;         ///< bits of objects other than control and status word
+  std::vector<FaultObject> reported_objects;   ///< objects with numbers of faults and warnings, beside drive's
   std::optional<EmergencyTable> emergency;
   std::optional<LatchDescription> latch;
   std::optional<LatchDescription> touch_probe;  ///< 60B8h and 60B9h; no selectors
@@ -95,6 +98,12 @@ class DeviceDescription {
   /// each other in places; either one's yes is a yes.
   [[nodiscard]] Mappable MappableIn(PdoDirection direction, std::uint16_t index, std::uint8_t subindex) const;
   [[nodiscard]] const EmergencyCode* emergency_code(std::uint16_t code) const;
+  /// The code with the drive's own number: "F125". Null where the family's table lacks it.
+  [[nodiscard]] const EmergencyCode* emergency_by_id(std::string_view id) const;
+  /// The row of an object with a number of a fault or warning: of the drive, else of `reported_objects`, else null.
+  [[nodiscard]] const FaultObject* number_object(std::uint16_t index, std::uint8_t subindex) const;
+  /// The object of a parameter by its keyword ("FBUS.PARAM05"), in this family's dictionary; null if it has none.
+  [[nodiscard]] const DictionaryObject* object_of_keyword(std::string_view keyword) const;
 };
 
 }  // namespace ecaudit::device

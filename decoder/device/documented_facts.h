@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace ecaudit::device {
 
@@ -31,7 +32,9 @@ struct EepromFact {
   std::string kind;  ///< "category", "identity", "event", ...
   std::string key;
   std::optional<std::uint16_t> category;  ///< its number, for a category
+  std::optional<std::uint16_t> word;      ///< of the EEPROM, that it is about
   std::string fact;
+  std::vector<std::string> rules;  ///< rules whose findings about that word it explains
   std::string note;
   std::string source;
 };
@@ -42,6 +45,7 @@ struct FieldbusParameter {
   std::optional<std::uint8_t> bit;
   std::optional<std::int32_t> value;
   std::string meaning;
+  std::vector<std::string> rules;  ///< rules whose findings it explains or changes
   std::string note;
   std::string source;
 };

@@ -21,6 +21,8 @@ std::string_view FaultValueName(FaultValue kind) {
       return "error history";
     case FaultValue::kFaultNumber:
       return "fault number";
+    case FaultValue::kWarningNumber:
+      return "warning number";
   }
   return "";
 }

@@ -9,6 +9,7 @@
 
 #include "decoder/device/al_description.h"
 #include "decoder/device/latch_description.h"
+#include "decoder/device/object_bits.h"
 #include "decoder/device/object_dictionary.h"
 
 namespace ecaudit::device {
@@ -98,6 +99,7 @@ struct WordBit {
   std::string name;
   std::string meaning;
   std::optional<std::uint8_t> level;  ///< the manual binds the bit to this level
+  BitSign sign = BitSign::kNone;      ///< of the status word: 1 shows it, beside the states
   std::string note;
   std::string source;
 };
@@ -127,9 +129,10 @@ struct OperationMode {
 
 /// What a value of a fault object is.
 enum class FaultValue : std::uint8_t {
-  kErrorCode,     ///< the error code of the present fault
-  kErrorHistory,  ///< an entry of the error history; its lower 16 bits are the error code
-  kFaultNumber,   ///< the drive's own number: with `prefix` the `id` of an emergency code
+  kErrorCode,      ///< the error code of the present fault
+  kErrorHistory,   ///< an entry of the error history; its lower 16 bits are the error code
+  kFaultNumber,    ///< the drive's own number: with `prefix` the `id` of an emergency code
+  kWarningNumber,  ///< likewise of a warning
 };
 
 /// "error code", as in profiles.

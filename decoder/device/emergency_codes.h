@@ -20,6 +20,8 @@ struct EmergencyCode {
 };
 
 struct EmergencyTable {
+  /// The first byte of the manufacturer data is the error category, and the rest additional information.
+  bool category = false;
   std::vector<EmergencyCode> codes;  ///< sorted by code, classes before their members
   std::string note;
   std::string source;

@@ -48,6 +48,7 @@ struct LatchDescription {
   std::uint16_t selector_mask = 0;     ///< of the control word
   std::uint16_t acknowledge_mask = 0;  ///< of the status word
   std::uint16_t reserved_control = 0;  ///< bits of the control word that must be 0
+  std::uint16_t reserved_status = 0;   ///< bits of the status word without a meaning
   std::vector<LatchEdge> edges;
   /// Other objects that hold latch positions; the manual does not name their edges.
   std::vector<ObjectAddress> other_positions;

@@ -9,6 +9,7 @@
 
 #include "decoder/base/ids.h"
 #include "decoder/device/register_right.h"
+#include "decoder/esc/al.h"
 
 namespace ecaudit::device {
 
@@ -101,6 +102,15 @@ struct MailboxExampleByte {
   std::string source;
 };
 
+/// A kind of file that the drive takes by FoE.
+struct MailboxFile {
+  std::string name;                  ///< "parameter file"
+  std::string suffix;                ///< of its file name: ".akd"
+  std::vector<esc::AlState> states;  ///< in which it may be transferred
+  std::string note;
+  std::string source;
+};
+
 struct MailboxDescription {
   std::vector<SyncManagerRule> sync_managers;  ///< sorted by number
   std::vector<MailboxSize> sizes;
@@ -109,6 +119,7 @@ struct MailboxDescription {
   std::vector<SdoCommandByte> sdo_commands;
   std::vector<MailboxByte> layout;
   std::vector<MailboxExampleByte> example;
+  std::vector<MailboxFile> files;
   bool complete_access = false;  ///< SDO complete access (ESI only)
   bool sdo_information = false;  ///< (ESI only)
   std::string note;

@@ -70,6 +70,8 @@ struct DictionaryObject {
   std::optional<PdoDirection> only;  ///< mappable in this direction only, if a source states it
   std::string scale;                 ///< "1000:1", "1:1", "var"; empty: plain number
   std::string pdo_scale;             ///< that of the process data, if it is another one; else empty
+  std::string pdo_unit;              ///< likewise
+  std::uint16_t max_bytes = 0;       ///< longest text; 0: not documented
   std::string unit;
   std::string name;
   std::string keyword;         ///< ASCII parameter(s) after the object

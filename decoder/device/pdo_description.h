@@ -102,6 +102,8 @@ struct FlexibleMapping {
   Sourced<std::uint32_t> max_pdos;  ///< per direction
   Sourced<std::uint32_t> max_bytes_per_pdo;
   Sourced<std::uint32_t> max_entries_per_pdo;
+  /// PDOs for free mapping that are not used must be cleared, and fixed ones switched off.
+  Sourced<bool> clear_unused;
   Sourced<bool> even_length;            ///< the length of a PDO must be even
   std::vector<ByteLimit> max_rx_bytes;  ///< smallest first; beyond the last nothing is allowed
   std::vector<ByteLimit> max_tx_bytes;

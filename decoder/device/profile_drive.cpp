@@ -112,6 +112,7 @@ static void Read(const Cursor& cursor, WordBit& out) {
   object.Require("name", out.name);
   object.Allow("meaning", out.meaning);
   object.Allow("level", out.level);
+  object.Allow("sign", out.sign);
   FinishRow(object, cursor, out.note, out.source);
   if (!cursor.failed() && out.bit > 15) cursor.Fail("\"bit\" is none of a word");
   if (!cursor.failed() && out.level.value_or(0) > 1) cursor.Fail("\"level\" is neither 0 nor 1");
@@ -141,11 +142,12 @@ static void Read(const Cursor& cursor, OperationMode& out) {
 static void Read(const Cursor& cursor, FaultValue& out) {
   static constexpr Word<FaultValue> kKinds[] = {{"error code", FaultValue::kErrorCode},
                                                 {"error history", FaultValue::kErrorHistory},
-                                                {"fault number", FaultValue::kFaultNumber}};
+                                                {"fault number", FaultValue::kFaultNumber},
+                                                {"warning number", FaultValue::kWarningNumber}};
   ReadWord(cursor, kKinds, out);
 }
 
-static void Read(const Cursor& cursor, FaultObject& out) {
+void Read(const Cursor& cursor, FaultObject& out) {
   ObjectReader object(cursor);
   object.Require("index", out.index);
   object.Allow("sub", out.subindex);

@@ -78,6 +78,14 @@ static void Read(const Cursor& cursor, MailboxExampleByte& out) {
   FinishRow(object, cursor, out.note, out.source);
 }
 
+static void Read(const Cursor& cursor, MailboxFile& out) {
+  ObjectReader object(cursor);
+  object.Require("name", out.name);
+  object.Require("suffix", out.suffix);
+  object.Require("states", out.states);
+  FinishRow(object, cursor, out.note, out.source);
+}
+
 void Read(const Cursor& cursor, MailboxDescription& out) {
   ObjectReader object(cursor);
   object.Allow("sync_managers", out.sync_managers);
@@ -87,6 +95,7 @@ void Read(const Cursor& cursor, MailboxDescription& out) {
   object.Allow("sdo_commands", out.sdo_commands);
   object.Allow("layout", out.layout);
   object.Allow("example", out.example);
+  object.Allow("files", out.files);
   FinishRow(object, cursor, out.note, out.source);
 }
 

@@ -82,6 +82,8 @@ void Read(const Cursor& cursor, DictionaryObject& out) {
   object.Allow("scale", out.scale);
   object.Allow("pdo_scale", out.pdo_scale);
   object.Allow("unit", out.unit);
+  object.Allow("pdo_unit", out.pdo_unit);
+  object.Allow("max_bytes", out.max_bytes);
   object.Allow("name", out.name);
   object.Allow("keyword", out.keyword);
   object.Allow("printed_type", out.printed_type);
@@ -183,6 +185,7 @@ static void Read(const Cursor& cursor, FlexibleMapping& out) {
   object.Allow("max_pdos", out.max_pdos);
   object.Allow("max_bytes_per_pdo", out.max_bytes_per_pdo);
   object.Allow("max_entries_per_pdo", out.max_entries_per_pdo);
+  object.Allow("clear_unused", out.clear_unused);
   object.Allow("even_length", out.even_length);
   object.Allow("max_rx_bytes", out.max_rx_bytes);
   object.Allow("max_tx_bytes", out.max_tx_bytes);
@@ -229,6 +232,7 @@ static void Read(const Cursor& cursor, EmergencyCode& out) {
 
 void Read(const Cursor& cursor, EmergencyTable& out) {
   ObjectReader object(cursor);
+  object.Allow("category", out.category);
   object.Allow("codes", out.codes);
   FinishRow(object, cursor, out.note, out.source);
   // Of those with one beginning, the widest class first.

@@ -52,10 +52,13 @@ void Read(const Cursor& cursor, LatchDescription& out) {
   // No object is the usual one: without them nothing could be followed.
   if (!cursor.failed() && out.control_object == 0) cursor.Fail("\"control_object\" is missing");
   if (!cursor.failed() && out.status_object == 0) cursor.Fail("\"status_object\" is missing");
-  out.reserved_control = 0;
-  for (const LatchField& field : out.control) {
-    if (field.reserved) out.reserved_control = static_cast<std::uint16_t>(out.reserved_control | field.mask);
-  }
+  const auto reserved = [](const std::vector<LatchField>& fields) {
+    unsigned mask = 0;
+    for (const LatchField& field : fields) mask |= field.reserved ? field.mask : 0U;
+    return static_cast<std::uint16_t>(mask);
+  };
+  out.reserved_control = reserved(out.control);
+  out.reserved_status = reserved(out.status);
 }
 
 static void Read(const Cursor& cursor, JitterLimit& out) {

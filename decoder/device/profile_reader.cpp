@@ -139,6 +139,8 @@ Result<DeviceDescription> ReadProfile(const JsonDocument& document, const Profil
   object.AllowWith("drive", [&](const Cursor& at) { ReadSection(at, out.drive); });
   object.Allow("pdo", out.pdo);
   object.AllowWith("dictionary", [&](const Cursor& at) { ReadSection(at, out.dictionary); });
+  object.Allow("object_bits", out.object_bits);
+  object.Allow("reported_objects", out.reported_objects);
   object.AllowWith("emergency", [&](const Cursor& at) { ReadSection(at, out.emergency); });
   object.AllowWith("latch", [&](const Cursor& at) { ReadSection(at, out.latch); });
   object.AllowWith("touch_probe", [&](const Cursor& at) { ReadSection(at, out.touch_probe); });

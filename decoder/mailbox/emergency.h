@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "decoder/base/bytes.h"
 
@@ -29,6 +30,19 @@ struct EmergencyData {
   for (std::size_t i = 0; i < emergency.data.size(); ++i) emergency.data[i] = LittleEndian<std::uint8_t>(bytes, 3 + i);
   emergency.too_short = bytes.size() < kEmergencyBytes;
   return emergency;
+}
+
+/// The number of a fault or warning as ASCII text, "F125" or "125", that a drive may put after the first byte of the
+/// manufacturer data; empty where these bytes are no such text.
+[[nodiscard]] inline std::string NumberText(const EmergencyData& emergency) {
+  std::string text;
+  for (std::size_t i = 1; i < emergency.data.size() && emergency.data[i] != 0; ++i) {
+    const auto c = static_cast<char>(emergency.data[i]);
+    const bool letter = text.empty() && (c == 'F' || c == 'f' || c == 'n' || c == 'N');
+    if (!letter && (c < '0' || c > '9')) return {};
+    text += c;
+  }
+  return text.size() < 2 ? std::string() : text;
 }
 
 }  // namespace ecaudit::mailbox

@@ -63,6 +63,35 @@ class Explain(CliTest):
         self.assertIn("encoder: no signal [AS-2024, 9.1]", acme)
         self.assertTrue("F503" in both and "n503" in both, both)
 
+    def test_names_that_only_a_manual_has(self):
+        for name, expected in {
+            "F28": "without synchronisation sets F28 after a time-out",
+            "n17": "warning n17",
+            "F17": "printed F17 here",
+            "FBUS.PARAM05": "faults reset only by control word bit 7",
+            "DRV.NAME": "object 2031h:0",
+            "STRINGS.STOSTATUS": "safe torque off of the strings",
+        }.items():
+            self.assertIn(expected, " ".join(self.explain(name).split()), name)
+        self.assertIn("kollmorgen-akd-2011", self.explain("F125"))
+        self.assertIn("unknown rule 'FBUS.PARAM99'", self.one_error("explain", "FBUS.PARAM99"))
+        self.assertIn("nothing is known of 'F29999'", self.one_error("explain", "F29999"))
+
+    def test_bits_of_objects_and_parameters(self):
+        for what, expected in {
+            "36E9h": "FBUS.PARAM05 bit 11 = 1: no emergency message for warnings; print says over CANopen [MKD, 3.4]",
+            "36E9h=0x800": "bit 11 = 1: no emergency message for warnings",
+            "1002h": "bit 15: fault active on MKD-C [MKD, 5.2]",
+            "1002h=0x8100": "bit 8 warning active on MKD-C, bit 15 fault active on MKD-C",
+            "3000h": "bits 1-15: reserved [MKD, 5.2]",
+            "2000h=439": "n439 user following error [MKD, 5.3.3]",
+            "2001h=562": "F562 more than 8 MKD-N on string 1 [MKD, 5.2]",
+            "606Ch": "in the process data scale 1:1, in the process data unit rpm",
+            "2031h": "at most 10 bytes",
+        }.items():
+            self.assertIn(expected, " ".join(self.explain(what).split()), what)
+        self.assertNotIn("0 bits", self.explain("1B03h"))
+
     def test_names_of_the_manuals(self):
         for name, words in (("F125", ["kollmorgen-akd-2011", "more than 7 missing frames", "AKD-2011, 4.13"]),
                             ("F29", ["pilz-pmcprotego-d", "CLRFAULT", "SERCSET"]),

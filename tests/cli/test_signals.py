@@ -111,6 +111,27 @@ class SignalTable(SignalTest):
         self.assertEqual(rows[0]["S0.Control word command"], "Shutdown")
         self.assertIn("Enable operation", rows[9]["S0.Control word command"])
 
+    def test_states_of_a_device_without_status_word(self):
+        bus = drive_bus()
+        for status in (0x20000010, 0x20000110, 0x20008010):
+            exchange(bus, bytes(6), struct.pack("<I", status))
+        capture = self.file("supply.pcap", bus.pcap())
+        described = self.file("supply.xml", esi(entry(0x3000, 0, 16, "clear faults", "UINT") +
+                                                entry(0x6300, 1, 32, "outputs", "UDINT"),
+                                                entry(0x1002, 0, 32, "status", "UDINT")))
+        options = ("--esi", described, "--profile", "kollmorgen-mkd-c", "--signal", "1002h")
+        rows = self.columns(capture, *options, "--states")
+        name = next(name for name in rows[0] if name.endswith(" meaning"))
+        self.assertEqual([row[name] for row in rows],
+                         ["bits 4-6 CPS.ACTIVE = 1, bit 29 state of hardware enable",
+                          "bits 4-6 CPS.ACTIVE = 1, bit 8 warning active on MKD-C, bit 29 state of hardware enable",
+                          "bits 4-6 CPS.ACTIVE = 1, bit 15 fault active on MKD-C, bit 29 state of hardware enable"])
+        self.assertEqual(len(self.table(capture, *options)[0]), 3)
+        lines = [json.loads(line) for line in
+                 self.signals(capture, *options, "--states", "--format", "jsonl").out.splitlines()]
+        self.assertEqual([line.get("kind") for line in lines[:2]], ["signal", "meaning"])
+        self.assertEqual(lines[2]["values"][name], rows[0][name])
+
     def test_signals_are_chosen_by_name_and_object(self):
         def header(*patterns):
             options = [o for p in patterns for o in ("--signal", p)]

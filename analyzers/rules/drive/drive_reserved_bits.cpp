@@ -15,7 +15,7 @@ constexpr FindingKind kControl{
     .title = "Reserved {bit_count?bit|bits} {bits} {bit_count?is|are} set in control word {control_word}",
     .message =
         "The master sends control word {control_word} in {frame}, in OP. Its {bit_count?bit|bits} {bits} "
-        "{bit_count?is|are} reserved.",
+        "{bit_count?is|are} reserved[ in mode {mode}].",
     .next =
         "Check whether the control word is mapped where the master writes it: a mapping that is shifted looks like "
         "this.",
@@ -41,8 +41,10 @@ constexpr RuleInfo kInfo{.id = "drive-reserved-bits",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-The bits of the control word that the manual of the family, or else the standard, calls reserved. Further, the bits of
-the status word that the manual binds to a level: bit 9 (remote) of an AKD is always 1.
+The bits of the control word that the manual of the family, or else the standard, calls reserved: in every mode, or
+(bits 4 to 6) in the mode that the drive shows while it is enabled.
+
+Further, the bits of the status word that the manual binds to a level: bit 9 (remote) of an AKD is always 1.
 
 ## Why it matters
 A mapping that is shifted by some bytes puts other values there. This shows itself here first.
@@ -79,6 +81,7 @@ class DriveReservedBits final : public Rule {
     Finding finding = Found(kControl, slave, reserved.frame);
     finding.Set("control_word", arg::Hex(reserved.word));
     finding.Set("bits", arg::Bits(reserved.bits)).Set("bit_count", arg::Number(std::popcount(reserved.bits)));
+    if (reserved.mode) finding.Set("mode", ModeValue(*context().slave(slave).profile, *reserved.mode));
     NameAxis(finding, number);
     (void)Report(AxisKey(number), std::move(finding));
   }

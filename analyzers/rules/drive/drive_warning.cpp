@@ -6,6 +6,7 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/objects/object_words.h"
 #include "analyzers/objects/relatives.h"
 #include "analyzers/words/drive_text.h"
 #include "decoder/mailbox/events.h"
@@ -13,16 +14,18 @@
 namespace ecaudit::drive_warning {
 namespace {
 
-constexpr FindingKind kWarning{
-    .name = "warning",
-    .title = "The drive shows a warning (status bit 7)[: {reason}]",
-    .message =
-        "Bit 7 (warning) of the status word is 1 in {frame} ({status_word})."
-        "[ The emergency message of {reason_frame} reports {reason}. Only its time connects it with the warning.]"
-        "[{!reason} The capture does not show which warning it is.]",
-    .next =
-        "[{?reason}Look this warning up in the manual of the drive.][{!reason}Read 603Fh and 1003h:1 from the drive.]",
-    .identity = "reason"};
+constexpr FindingKind kWarning{.name = "warning",
+                               .title = "The drive shows a warning (status bit 7)[: {reason}]",
+                               .message =
+                                   "Bit 7 (warning) of the status word is 1 in {frame} ({status_word})."
+                                   "[{!warning_object} The emergency message of {reason_frame} reports {reason}. Only "
+                                   "its time connects it with the warning.]"
+                                   "[ {warning_object}, read in {reason_frame}, reports {reason}.]"
+                                   "[{!reason} The capture does not show which warning it is.]",
+                               .next =
+                                   "[{?reason}Look this warning up in the manual of the drive.]"
+                                   "[{!reason}Read [{read_object}][{!read_object}603Fh and 1003h:1] from the drive.]",
+                               .identity = "reason"};
 
 constexpr const FindingKind* kKinds[] = {&kWarning};
 
@@ -48,6 +51,9 @@ if all of this holds:
 - its code is no documented fault
 - the slave has one axis: an emergency does not name its axis
 
+Where the manual of the family has an object with the numbers of warnings (MKD 2000h: 439 is n439), a value read while
+the bit is set is the reason.
+
 ## Example
 tests/rules/drive-warning/violates.trace
 
@@ -60,6 +66,7 @@ class DriveWarningRule final : public Rule {
   DriveWarningRule() : Rule(kInfo) {
     Subscribe<model::DriveWarning>(&DriveWarningRule::On);
     Subscribe<mailbox::Emergency>(&DriveWarningRule::On);
+    Subscribe<mailbox::SdoTransfer>(&DriveWarningRule::On);
   }
 
   void On(const mailbox::Emergency& e) {
@@ -73,7 +80,10 @@ class DriveWarningRule final : public Rule {
   }
 
   void On(const model::DriveWarning& e) {
-    if (!e.set) return;
+    if (!e.set) {
+      open_.erase(e.slave);
+      return;
+    }
     const std::uint64_t key = AxisKey(e.axis) | 1U;
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
     Finding finding = Found(kWarning, e.slave, e.frame);
@@ -88,8 +98,30 @@ class DriveWarningRule final : public Rule {
       finding.Set("reason_frame", arg::Frame(known->second.first.number));
       AddRelated(finding, known->second.first.number);
     }
+    if (const device::FaultObject* row = WarningObject(e.slave)) {
+      finding.Set("read_object", arg::Object(row->index, row->subindex));
+    }
     NameAxis(finding, e.axis);
-    (void)Report(key, std::move(finding));
+    const FindingIndex index = Report(key, std::move(finding));
+    if (index != kNoFinding) open_.insert_or_assign(e.slave, index);
+  }
+
+  /// The object of the manual that has the number of the warning: read while the bit is set, it is the reason.
+  void On(const mailbox::SdoTransfer& t) {
+    const auto open = open_.find(t.slave);
+    if (open == open_.end() || t.service != mailbox::SdoService::kUpload || t.complete_access || !t.has_object) return;
+    if (t.outcome != mailbox::SdoOutcome::kCompleted || t.data.empty() || t.data.size() > 8) return;
+    const device::DeviceDescription& family = *context().slave(t.slave).profile;
+    const device::FaultObject* row = family.number_object(t.index, t.subindex);
+    const std::uint64_t number = UnsignedOf(t.data);
+    if (row == nullptr || row->kind != device::FaultValue::kWarningNumber || number == 0) return;
+    Finding& finding = context().store[open->second];
+    finding.Set("warning_object", arg::Object(t.index, t.subindex))
+        .Set("reason", arg::Text(events::NumberWords(family, *row, number)))
+        .Set("reason_frame", arg::Frame(t.response.number));
+    finding.reference = ReferenceTo(row->source);
+    AddRelated(finding, t.response.number);
+    open_.erase(open);
   }
 
   void Finish() override {
@@ -103,11 +135,19 @@ class DriveWarningRule final : public Rule {
     return axes;
   }
 
+  [[nodiscard]] const device::FaultObject* WarningObject(SlaveId slave) const {
+    for (const device::FaultObject& row : context().slave(slave).profile->reported_objects) {
+      if (row.kind == device::FaultValue::kWarningNumber) return &row;
+    }
+    return nullptr;
+  }
+
   static bool IsRecent(const FrameRef& emergency, const FrameRef& frame) {
     constexpr TimeNs kRecentNs = 1'000'000'000;
     return !emergency.has_time || !frame.has_time || frame.time - emergency.time <= kRecentNs;
   }
 
+  std::map<SlaveId, FindingIndex> open_;                        // of each slave: its warning, while the bit is set
   std::map<SlaveId, std::pair<FrameRef, std::uint16_t>> last_;  // of each slave: its last emergency
 };
 

@@ -2,6 +2,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
+#include "decoder/mailbox/coe.h"
 #include "decoder/mailbox/events.h"
 
 namespace ecaudit::coe_service_mismatch {
@@ -23,14 +24,22 @@ constexpr FindingKind kResponse{
 vendor manuals (byte 7 = 0x20) is wrong.)",
     .next = "Correct the slave: put CoE service 3 into responses."};
 
-constexpr const FindingKind* kKinds[] = {&kRequest, &kResponse};
+constexpr FindingKind kHeaderBits{
+    .name = "header-bits",
+    .title = "CoE header {coe_header}: [PDO number {number}][{!number}reserved bits set] in a message that is no PDO",
+    .message = R"(The CoE header of the message in {frame} is {coe_header} (service {coe_service}).[ It has PDO number
+{number}, which only PDO services have.][ Its reserved bits 9 to 11 have the value {reserved}.])",
+    .next = "Correct the [{?from_master}master][{!from_master}slave]: bits 0 to 11 of the CoE header are 0.",
+    .identity = "coe_header"};
+
+constexpr const FindingKind* kKinds[] = {&kRequest, &kResponse, &kHeaderBits};
 
 constexpr RuleInfo kInfo{.id = "coe-service-mismatch",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
                          .needs_no_history = true,
                          .subject = Subject::kCoe,
-                         .title = "The CoE service contradicts the SDO command",
+                         .title = "The CoE header contradicts the SDO command",
                          .needs = "the CoE header of the message",
                          .source = "ETG1000.6, CoE header; AKD-2011, 4.12; MKD, 4.13; PILZ, 4.10",
                          .kinds = kKinds,
@@ -41,12 +50,15 @@ The upper four bits of the CoE header against the SDO command that follows:
 - 2 (SDO request) in messages of the master
 - 3 (SDO response) in messages of the slave
 
+Further, bits 0 to 11: a PDO number in a message that is no PDO, and reserved bits.
+
 ## Why it matters
 Masters that check the service drop the response. Slaves may ignore the request. The vendor manuals print a response
 with service 2 (byte 7 = 0x20). A slave or a test that follows this example is wrong.
 
 ## How it is decided
-All messages of a transfer are evaluated, except aborts: real slaves send them with service 2 or 3.
+All messages of a transfer are evaluated, except aborts: real slaves send them with service 2 or 3. A number or a
+reserved bit is an info: most receivers ignore it.
 
 ## Example
 An upload response 0x43 with CoE header 0x2000.
@@ -57,7 +69,31 @@ Put service 2 into requests and service 3 into responses.
 
 class CoeServiceMismatch final : public Rule {
  public:
-  CoeServiceMismatch() : Rule(kInfo) { Subscribe<mailbox::SdoTransfer>(&CoeServiceMismatch::On); }
+  CoeServiceMismatch() : Rule(kInfo) {
+    Subscribe<mailbox::SdoTransfer>(&CoeServiceMismatch::On);
+    Subscribe<mailbox::MailboxMessage>(&CoeServiceMismatch::On);
+  }
+
+  /// Only PDO services have a number.
+  void On(const mailbox::MailboxMessage& m) {
+    const bool whole = m.problem == mailbox::Problem::kNone && !m.repeated && !m.window_inferred &&
+                       m.payload.size() >= mailbox::kCoeHeaderBytes;
+    if (m.header.protocol != mailbox::Protocol::kCoE || !whole) return;
+    const mailbox::CoeHeader header = mailbox::ParseCoeHeader(m.payload);
+    const bool number = header.number != 0 && !IsPdo(header.service);
+    if (!number && header.reserved == 0) return;
+    const auto word = LittleEndian<std::uint16_t>(m.payload, 0);
+    const bool from_master = m.direction == mailbox::Direction::kOut;
+    const std::uint64_t key = std::uint64_t{word} << 8U | (from_master ? 4U : 8U);
+    if (Repeat(m.slave, key, m.frame()) != kNoFinding) return;
+    Finding finding = Found(kHeaderBits, m.slave, m.frame());
+    finding.Set("coe_header", arg::Hex(word))
+        .Set("coe_service", arg::Number(static_cast<int>(header.service)))
+        .Set("from_master", arg::Flag(from_master));
+    if (number) finding.Set("number", arg::Number(header.number));
+    if (header.reserved != 0) finding.Set("reserved", arg::Number(header.reserved));
+    Report(key, Severity::kInfo, std::move(finding));
+  }
 
   void On(const mailbox::SdoTransfer& t) {
     if (!t.request_service_mismatch && !t.response_service_mismatch) return;
@@ -74,6 +110,12 @@ class CoeServiceMismatch final : public Rule {
   }
 
   void Finish() override { (void)NotEvaluableWithoutReturns(); }
+
+ private:
+  static bool IsPdo(mailbox::CoeService service) {
+    using enum mailbox::CoeService;
+    return service == kTxPdo || service == kRxPdo || service == kTxPdoRequest || service == kRxPdoRequest;
+  }
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<CoeServiceMismatch>};

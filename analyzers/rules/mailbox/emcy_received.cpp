@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -18,10 +19,11 @@ constexpr FindingKind kEmergency{
         "Emergency {error_code:number}[{?meaning}: [{id} ][{?of_class}class ]"
         "[{short_meaning}][{!short_meaning}{meaning}]]",
     .message =
-        R"(The slave reports emergency error code {error_code:number}[{?meaning} ([{id} ][{?of_class}class
-]{meaning})]. The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source}
-The manual of this family [{?id_source}names {id} ({id_source}), but ]lists no emergency codes: code and meaning are
-those of a related family ({source}).][{!meaning} No table has this code.])",
+        R"(The slave reports emergency error code {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})].
+The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[ The error category is
+{category}.][ The additional information has the number {number} as ASCII text.][{?source} The manual of this
+family [{?id_source}names {id} ({id_source}), but ]has no row for this code: code and meaning are those of a related
+family, {relative} ({source}).][{!meaning} No table has this code.])",
     .next = "Find the code in the manual of the drive, and remove the cause.",
     .identity = "error_code"};
 
@@ -31,8 +33,8 @@ constexpr FindingKind kErrorFree{
     .message = R"(The slave reports that it is free of errors again, with emergency error code
 {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})]. The error register is
 {error_register}[ ({register_bits})], the manufacturer data are {data}.[{?source} The manual of this family
-[{?id_source}names {id} ({id_source}), but ]lists no emergency codes: code and meaning are those of a related family
-({source}).][{!meaning} No table has this code.])",
+[{?id_source}names {id} ({id_source}), but ]has no row for this code: code and meaning are those of a related family,
+{relative} ({source}).][{!meaning} No table has this code.])",
     .next = "",
     .identity = "error_code"};
 
@@ -102,7 +104,9 @@ class EmcyReceived final : public Rule {
       if (known.code->text.size() > kTitleBytes) {
         finding.Set("short_meaning", arg::Text(Shortened(known.code->text, kTitleBytes - 4)));
       }
-      if (known.inferred) finding.Set("source", arg::Text(known.code->source));
+      if (known.inferred && known.from != nullptr) {
+        finding.Set("source", arg::Text(known.code->source)).Set("relative", arg::Text(known.from->title));
+      }
       const std::string_view own = SourceOf(context().slave(e.slave).profile->sync, known.code->id);
       if (known.inferred && !own.empty()) finding.Set("id_source", arg::Text(own));
     }
@@ -111,6 +115,12 @@ class EmcyReceived final : public Rule {
       finding.Set("register_bits", arg::List(std::move(bits)));
     }
     finding.Set("data", arg::Bytes(e.data.data));
+    if (context().slave(e.slave).profile->emergency && context().slave(e.slave).profile->emergency->category) {
+      finding.Set("category", arg::Hex(e.data.data[0], 2));
+      if (const std::string number = mailbox::NumberText(e.data); !number.empty()) {
+        finding.Set("number", arg::Text(number));
+      }
+    }
     if (known.code != nullptr) finding.reference = ReferenceTo(known.code->source);
     Report(key, severity, std::move(finding));
   }

@@ -1,10 +1,14 @@
+#include <algorithm>
+#include <iterator>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/model/slave_model.h"
 #include "decoder/base/wrapping.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/mailbox/foe.h"
@@ -34,7 +38,17 @@ finished {ended}. {bytes} {bytes?was|were} transferred in {packets}, up to {fram
     .next = "Finish the transfer, or end it with an error message, before the next request.",
     .identity = "service file_name ended"};
 
-constexpr const FindingKind* kKinds[] = {&kFailed, &kUnfinished};
+constexpr FindingKind kWrongState{
+    .name = "wrong-state",
+    .title = "FoE {service} of a {file_kind} in {state}, allowed in {states}",
+    .message =
+        R"(The master requests the FoE {service} of file "{file_name}" in {request_frame}. The slave is then in {state}.
+By its manual a {file_kind} ({suffix}) is transferred in {states} only.[{?failed} The transfer fails.][{!failed} The
+capture does not show that it fails.])",
+    .next = "Request {first_state} before the transfer.",
+    .identity = "service file_name state"};
+
+constexpr const FindingKind* kKinds[] = {&kFailed, &kUnfinished, &kWrongState};
 
 constexpr Word kRead{"read", "upload"};
 constexpr Word kWrite{"write", "download"};
@@ -64,9 +78,9 @@ constexpr RuleInfo kInfo{.id = "foe-error",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
                          .needs_no_history = true,
-                         .title = "A file transfer ends with an error or never ends",
+                         .title = "A file transfer fails, never ends, or comes in a wrong AL state",
                          .needs = "the FoE messages of both directions",
-                         .source = "ETG1000.6, file access over EtherCAT",
+                         .source = "ETG1000.6, file access over EtherCAT; MKD, 3.7.4",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
@@ -86,6 +100,9 @@ A transfer is unfinished in these cases:
 - The next transfer begins before its last packet is acknowledged.
 - The slave is sent to INIT before.
 - Nothing of it follows for 1 s before the capture ends (limit `foe-error`).
+
+A file whose ending the manual of the family names (MKD parameter files: .akd) is checked against the AL states in which
+the manual allows its transfer (INIT, PREOP, SAFEOP).
 
 Not reported are:
 
@@ -114,6 +131,7 @@ class FoeError final : public Rule {
   void On(const mailbox::FoeTransfer& t) {
     using Outcome = mailbox::FoeTransfer::Outcome;
     const FrameRef& frame = t.last.seen() ? t.last : t.request;
+    CheckState(t, frame);
     switch (t.outcome) {
       case Outcome::kCompleted:
       case Outcome::kMailboxError:
@@ -146,6 +164,47 @@ class FoeError final : public Rule {
   void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
+  /// What the manual of the family states of files with this ending.
+  void CheckState(const mailbox::FoeTransfer& t, const FrameRef& frame) {
+    const model::SlaveModel& slave = context().slave(t.slave);
+    for (const device::MailboxFile& file : slave.profile->mailbox.files) {
+      if (!t.write || !t.file_name.ends_with(file.suffix)) continue;
+      const bool settled = std::any_of(std::begin(kStates), std::end(kStates), [&](esc::AlState state) {
+        const bool allowed = std::find(file.states.begin(), file.states.end(), state) != file.states.end();
+        if (allowed || !slave.al.SettledIn(state)) return false;
+        ReportState(t, frame, file, state);
+        return true;
+      });
+      if (settled) return;
+    }
+  }
+
+  void ReportState(const mailbox::FoeTransfer& t, const FrameRef& frame, const device::MailboxFile& file,
+                   esc::AlState state) {
+    const std::uint64_t key = KeyOf(t) ^ (std::uint64_t{1} << 63U);
+    if (Repeat(t.slave, key, frame) != kNoFinding) return;
+    Finding finding = Found(kWrongState, t.slave, frame);
+    finding.confidence = ConfidenceOf(t.certainty);
+    finding.reference = ReferenceTo(file.source);
+    std::vector<Value> states;
+    for (const esc::AlState allowed : file.states) states.push_back(arg::State(static_cast<std::uint8_t>(allowed)));
+    const bool failed = t.outcome == mailbox::FoeTransfer::Outcome::kError;
+    if (!states.empty()) finding.Set("first_state", states.back());
+    finding.Set("service", arg::Of(t.write ? kWrite : kRead))
+        .Set("file_name", arg::Text(t.file_name))
+        .Set("file_kind", arg::Text(file.name))
+        .Set("suffix", arg::Text(file.suffix))
+        .Set("state", arg::State(static_cast<std::uint8_t>(state)))
+        .Set("states", arg::List(std::move(states)))
+        .Set("request_frame", arg::Frame(t.request.seen() ? t.request.number : frame.number))
+        .Set("failed", arg::Flag(failed));
+    AddRelated(finding, t.request.number);
+    Report(key, failed ? Severity::kError : Severity::kWarning, std::move(finding));
+  }
+
+  static constexpr esc::AlState kStates[] = {esc::AlState::INIT, esc::AlState::PREOP, esc::AlState::BOOT,
+                                             esc::AlState::SAFEOP, esc::AlState::OP};
+
   /// Nothing of it follows although the capture continues.
   [[nodiscard]] bool Stalled(const mailbox::FoeTransfer& t, const FrameRef& frame) const {
     const FrameRef& end = context().statistics().last;

@@ -17,7 +17,15 @@ capture does not show which value it used.][ The slave aborted the download with
                                  .next = "Correct the data type in the start-up list of the master.",
                                  .identity = "object"};
 
-constexpr const FindingKind* kKinds[] = {&kWrongSize};
+constexpr FindingKind kTextTooLong{.name = "text-too-long",
+                                   .title = "{bytes} written to {object:number}, at most {most_bytes} allowed",
+                                   .message = R"(The master writes a text of {bytes} to {object} in {frame}. The manual
+prints a length of {most_bytes} ({source}).[{?accepted} The slave accepted the download. The capture does not show how
+much of the text it kept.][ The slave aborted the download with {abort_code}.])",
+                                   .next = "Shorten the text in the start-up list of the master.",
+                                   .identity = "object"};
+
+constexpr const FindingKind* kKinds[] = {&kWrongSize, &kTextTooLong};
 
 constexpr Word kType{"object-type", "the data type of an object"};
 
@@ -41,12 +49,13 @@ The size of SDO downloads against the type of the object: 2 bytes for INT16, and
 The drive aborts with 0x06070010, 0x06070012 or 0x06070013, or it uses only a part of the value.
 
 ## How it is decided
-The type in the dictionary of the slave's family decides. If the manual of the family lists no types (AKD, Pilz), the
-objects that the standards define for all devices decide. If the drive accepts the download, the finding is a warning.
+The type in the dictionary of the slave's family decides. If the manual of the family has no dictionary (AKD, Pilz),
+these decide: the objects that the standards define for all devices, and then its list of cyclic objects (AKD 20A4h). A
+text counts if the manual prints its longest length. If the drive accepts the download, the finding is a warning.
 
 Not evaluated are:
 
-- strings, records and objects whose type is not known
+- texts whose length the manual does not print, records, and objects whose type is not known
 - downloads by complete access, and expedited downloads that indicate no size
 - uploads: the drive knows its own objects
 
@@ -67,11 +76,17 @@ class SdoWrongSize final : public Rule {
     if (!bytes || DeniesObject(t)) return;
     const device::DeviceDescription& family = *context().slave(t.slave).profile;
     const device::DictionaryObject* object = family.object(t.index, t.subindex);
+    std::optional<device::DictionaryObject> cyclic;
+    if (object == nullptr || object->types.empty()) {
+      cyclic = CyclicObject(family, t);
+      if (cyclic) object = &*cyclic;
+    }
     if (object == nullptr || object->types.empty()) {
       NotEvaluable(t.slave, ReasonCode::kNotInProfile, kType, t.request.number);
       return;
     }
-    if (Allows(*object, t.subindex, *bytes)) return;
+    const bool too_long = object->max_bytes != 0 && *bytes > object->max_bytes;
+    if (!too_long && Allows(*object, t.subindex, *bytes)) return;
     const bool accepted = t.outcome == mailbox::SdoOutcome::kCompleted;
     const bool aborted = t.outcome == mailbox::SdoOutcome::kAborted;
     const std::uint64_t key = static_cast<std::uint64_t>(t.index) | static_cast<std::uint64_t>(t.subindex) << 16U |
@@ -79,12 +94,14 @@ class SdoWrongSize final : public Rule {
     FindingIndex index = Repeat(t.slave, key, t.request);
     if (index == kNoFinding) {
       const device::DataType type = object->TypeOf(t.subindex);
-      Finding finding = Found(kWrongSize, t.slave, t.request);
+      Finding finding = Found(too_long ? kTextTooLong : kWrongSize, t.slave, t.request);
       finding.confidence = aborted || accepted ? ConfidenceOf(t.certainty) : Confidence::kInferred;
       finding.reference = ReferenceTo(object->source);
       SetObject(finding, t, family);
       finding.Set("bytes", arg::Count(*bytes, "byte"));
-      if (type != device::DataType::kUnknown) {
+      if (too_long) {
+        finding.Set("most_bytes", arg::Count(object->max_bytes, "byte"));
+      } else if (type != device::DataType::kUnknown) {
         finding.Set("type", arg::Text(device::DataTypeName(type)))
             .Set("expected_bytes", arg::Count((device::BitsOf(type) + 7U) / 8U, "byte"));
       }
@@ -99,6 +116,22 @@ class SdoWrongSize final : public Rule {
   }
 
  private:
+  /// The object in the list of cyclic objects, where a manual prints no dictionary.
+  static std::optional<device::DictionaryObject> CyclicObject(const device::DeviceDescription& family,
+                                                              const mailbox::SdoTransfer& t) {
+    for (const device::CyclicObject& row : family.pdo.cyclic) {
+      if (row.index != t.index || row.subindex != t.subindex || row.type == device::DataType::kUnknown) continue;
+      device::DictionaryObject object;
+      object.index = row.index;
+      object.subindex = object.last_subindex = row.subindex;
+      object.types = {row.type};
+      object.name = row.name;
+      object.source = row.source;
+      return object;
+    }
+    return std::nullopt;
+  }
+
   /// What the master announced, else what a download in one piece carried; nothing if only a part is in the capture.
   static std::optional<std::uint64_t> SizeOf(const mailbox::SdoTransfer& t) {
     if (t.declared_size) return *t.declared_size;

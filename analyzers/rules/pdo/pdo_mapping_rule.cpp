@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "analyzers/objects/relatives.h"
 #include "analyzers/words/al_text.h"
 #include "analyzers/words/what.h"
+#include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/process/pdo_mapping.h"
 
@@ -47,8 +49,39 @@ constexpr FindingKind kOddLength{
     .title = "{direction} mapping has an odd length of {bytes}",
     .message = R"(The master requests SAFEOP in {frame}. At this time {pdos} {pdos?has|have} {bytes}. {manual} requires
 an even number of bytes.[{?own_default} The master keeps this default mapping of the drive.])",
-    .next = "Fill the mapping up with the padding objects of the manual, or leave objects out.",
+    .next =
+        "[{?room}Fill the mapping up with [{padding}][{!padding}a padding object], or leave objects out.][{!room}Leave "
+        "objects out: filled up, the mapping is longer than {limit:number}.]",
     .identity = "direction"};
+
+constexpr FindingKind kOddPdo{
+    .name = "odd-pdo",
+    .title = "{pdo:number} has an odd length of {pdo_bytes}",
+    .message = R"(The master requests SAFEOP in {frame}. At this time {pdo} of the {direction} mapping has {pdo_bytes}.
+{manual} requires an even number of bytes in each PDO.[{?own_default} The master keeps this default mapping of the
+drive.])",
+    .next =
+        "[{?room}Fill {pdo:number} up with [{padding}][{!padding}a padding object], or leave an object out.]"
+        "[{!room}Leave an object out of {pdo:number}: filled up, the mapping is longer than {limit:number}.]",
+    .identity = "direction pdo"};
+
+constexpr FindingKind kNotCleared{
+    .name = "unused-not-cleared",
+    .title = "{pdos} not cleared: {manual_short} wants unused PDOs cleared",
+    .message = R"(The master assigns {assigned} for free mapping before it requests SAFEOP in {request_frame}. It does
+not clear {pdos}, which it does not assign. By {manual} unused PDOs must be cleared with writing 0 to the subindex 0.[
+The slave refuses SAFEOP with AL status code {al_status_code} ({frame}).])",
+    .next = "Write 0 to subindex 0 of {pdos} in the start-up list.",
+    .identity = "direction"};
+
+constexpr FindingKind kFixedKept{
+    .name = "fixed-pdo-kept",
+    .title = "{fixed:number} stays assigned beside {assigned}",
+    .message = R"(The master requests SAFEOP in {frame} with {fixed} and {assigned} assigned in {object}. By {manual}
+the fixed mapping {fixed:number} has to be switched off for the flexible mapping: then up to {most_pdos} free PDOs can
+be used instead.)",
+    .next = "Leave {fixed:number} out of {object:number}, or assign it alone.",
+    .identity = "direction fixed"};
 
 constexpr FindingKind kTooLong{
     .name = "too-long",
@@ -70,8 +103,8 @@ mapping[{?by_code}, so this reason is an inference].[{?own_default} The master k
         "Assign PDOs of even total length: one of the fixed PDOs, or map the objects again, each once, and fill up.",
     .identity = "direction al_status_code"};
 
-constexpr const FindingKind* kKinds[] = {&kTooManyPdos, &kTooManyEntries, &kTooManyBytes,
-                                         &kOddLength,   &kTooLong,        &kOddLengthSuspected};
+constexpr const FindingKind* kKinds[] = {&kTooManyPdos, &kTooManyEntries, &kTooManyBytes, &kOddLength,         &kOddPdo,
+                                         &kTooLong,     &kNotCleared,     &kFixedKept,    &kOddLengthSuspected};
 
 // ExplainRequest(): the later rule names the nearer cause. It also adds its suspicion to a refusal.
 constexpr std::string_view kAfter[] = {"pdo-assign-state", "al-refused"};
@@ -83,7 +116,7 @@ constexpr RuleInfo kInfo{
     .of_family = true,
     .title = "Free mapping breaks a rule of the manual: odd length or too long",
     .needs = "the rules of free mapping in the family's manual, and the assignment and mapping in force",
-    .source = "MKD, 4.6; MKD, 5.3",
+    .source = "MKD, 4.6; MKD, 4.6.1; MKD, 5.3",
     .kinds = kKinds,
     .after = kAfter,
     .doc = R"(
@@ -92,8 +125,10 @@ Families whose manual describes free mapping (MKD):
 
 - At each download: a PDO has at most as many bytes (8) and entries (8), and a direction at most as many PDOs (4), as
   the manual allows.
-- When SAFEOP is requested: the total length of each direction is even and not above the limit (Tx 32 bytes, Rx 20 or
-  32).
+- When SAFEOP is requested: the length of each PDO and of each direction is even, and the latter not above the limit
+  (Tx 32 bytes, Rx 20 or 32).
+- At that time no fixed PDO (1701h) is assigned beside PDOs for free mapping, and the unused ones of these are cleared:
+  the master or the drive showed 0 in subindex 0. Unused ones that still hold a mapping which was seen are an info.
 
 ## Why it matters
 The drive aborts the download or refuses SAFEOP.
@@ -236,7 +271,12 @@ class PdoMappingRule final : public PdoRule {
         continue;
       }
       if (family.pdo.flexible) {
-        if (AllFree(*family.pdo.flexible, direction, layout.pdos)) Evaluate(e, direction, layout, *family.pdo.flexible);
+        if (AllFree(*family.pdo.flexible, direction, layout.pdos)) {
+          Evaluate(e, direction, layout, *family.pdo.flexible);
+          CheckUnused(e, direction, layout, *family.pdo.flexible, suspects);
+        } else {
+          CheckMixed(e, direction, layout, *family.pdo.flexible);
+        }
         continue;
       }
       if (layout.bytes() % 2 == 0) continue;
@@ -260,10 +300,15 @@ class PdoMappingRule final : public PdoRule {
   void Evaluate(const model::AlRequestJudged& e, device::PdoDirection direction, const model::ProcessLayout& layout,
                 const Free& free) {
     const std::uint32_t bytes = layout.bytes();
-    if (free.even_length && *free.even_length && bytes % 2 != 0) {
-      ReportWhole(e, direction, layout, kOddLength, Severity::kError, {}, free.even_length.source);
-    }
     const auto& limits = direction == device::PdoDirection::kRx ? free.max_rx_bytes : free.max_tx_bytes;
+    if (free.even_length && *free.even_length) {
+      Arguments advice = PaddingAdvice(free, direction, bytes);
+      if (bytes % 2 != 0) {
+        ReportWhole(e, direction, layout, kOddLength, Severity::kError, advice, free.even_length.source);
+      } else {
+        CheckEachPdo(e, direction, layout, free, advice);
+      }
+    }
     if (limits.empty() || bytes <= limits.front().bytes) return;
     const bool beyond_all = bytes > limits.back().bytes;
     const device::ByteLimit& limit = beyond_all ? limits.back() : limits.front();
@@ -277,11 +322,114 @@ class PdoMappingRule final : public PdoRule {
                 limit.source);
   }
 
+  /// What may fill a gap, and whether the mapping is still short enough then.
+  static Arguments PaddingAdvice(const Free& free, device::PdoDirection direction, std::uint32_t bytes) {
+    const auto& limits = direction == device::PdoDirection::kRx ? free.max_rx_bytes : free.max_tx_bytes;
+    Arguments advice;
+    const auto padding = std::find_if(free.paddings.begin(), free.paddings.end(), [&](const device::Padding& row) {
+      return row.direction == direction && row.index != 0;
+    });
+    const bool room = padding != free.paddings.end() && (limits.empty() || bytes + 1 <= limits.back().bytes);
+    advice.Set("room", arg::Flag(room));
+    if (padding != free.paddings.end()) {
+      advice.Set("padding", arg::Object(padding->index, padding->first_subindex));
+    }
+    if (!limits.empty()) advice.Set("limit", arg::Count(limits.back().bytes, "byte"));
+    return advice;
+  }
+
+  /// The sum may be even though two PDOs are not.
+  void CheckEachPdo(const model::AlRequestJudged& e, device::PdoDirection direction, const model::ProcessLayout& layout,
+                    const Free& free, const Arguments& advice) {
+    for (const std::uint16_t pdo : layout.pdos) {
+      std::uint32_t bits = 0;
+      for (const model::Signal& signal : layout.signals) bits += signal.pdo == pdo ? signal.bits : 0U;
+      const std::uint32_t bytes = (bits + 7) / 8;
+      if (bytes % 2 == 0) continue;
+      Arguments arguments = advice;
+      arguments.Set("pdo", arg::Object(pdo)).Set("pdo_bytes", arg::Count(bytes, "byte"));
+      ReportWhole(e, direction, layout, kOddPdo, Severity::kError, arguments, free.even_length.source, pdo);
+    }
+  }
+
+  /// Step 2 of the manual: PDOs for free mapping that are not assigned hold nothing.
+  void CheckUnused(const model::AlRequestJudged& e, device::PdoDirection direction, const model::ProcessLayout& layout,
+                   const Free& free, std::vector<MappingSuspicions::Suspect>& suspects) {
+    if (!free.clear_unused || !*free.clear_unused) return;
+    std::vector<std::uint16_t> kept;
+    std::vector<std::uint16_t> unseen;  // they hold what the drive has by itself
+    for (const std::uint16_t pdo : PdosOf(free, direction)) {
+      if (std::find(layout.pdos.begin(), layout.pdos.end(), pdo) != layout.pdos.end()) continue;
+      const process::PdoObject* object = context().slave(e.slave).process.seen().Find(pdo);
+      const std::uint8_t* count = object == nullptr ? nullptr : object->count.if_known();
+      if (object != nullptr && object->count_lost) continue;
+      if (count == nullptr) {
+        unseen.push_back(pdo);
+      } else if (*count != 0) {
+        kept.push_back(pdo);
+      }
+    }
+    if (kept.empty() && !unseen.empty()) {
+      suspects.push_back(
+          {direction,
+           &kUnusedMayExplain,
+           {{"pdos", PdosValue(unseen)}, {"manual", ManualOf(e.slave)}, {"assigned", PdosValue(layout.pdos)}},
+           false});
+    }
+    if (kept.empty()) return;
+    const std::uint64_t key = 4ULL << 60U | std::uint64_t{direction == device::PdoDirection::kRx} << 50U;
+    FindingIndex index = Repeat(e.slave, key, e.request.frame);
+    if (index == kNoFinding) {
+      Finding finding = Found(kNotCleared, e.slave, e.request.frame);
+      finding.Set("direction", PdoDirectionValue(direction))
+          .Set("pdos", PdosValue(kept))
+          .Set("assigned", PdosValue(layout.pdos))
+          .Set("manual_short", arg::Text(Shortened(context().slave(e.slave).profile->document, 16)))
+          .Set("request_frame", arg::Frame(e.request.frame.number))
+          .Set("manual", ManualOf(e.slave));
+      finding.reference = ReferenceTo(free.clear_unused.source);
+      AddRelated(finding, layout.since);
+      index = Report(key, Severity::kWarning, std::move(finding));
+    }
+    Predict(e, direction, index);
+  }
+
+  /// A fixed PDO that is not switched off.
+  void CheckMixed(const model::AlRequestJudged& e, device::PdoDirection direction, const model::ProcessLayout& layout,
+                  const Free& free) {
+    const auto& all = PdosOf(free, direction);
+    const auto is_free = [&](std::uint16_t pdo) { return std::find(all.begin(), all.end(), pdo) != all.end(); };
+    std::vector<std::uint16_t> used;
+    std::optional<std::uint16_t> fixed;
+    for (const std::uint16_t pdo : layout.pdos) {
+      if (is_free(pdo)) used.push_back(pdo);
+      if (!is_free(pdo) && context().slave(e.slave).profile->pdo.FindFixed(pdo) != nullptr) fixed = pdo;
+    }
+    if (used.empty() || !fixed || !free.clear_unused || !*free.clear_unused) return;
+    const std::uint64_t key = 5ULL << 60U | std::uint64_t{direction == device::PdoDirection::kRx} << 50U | *fixed;
+    FindingIndex index = Repeat(e.slave, key, e.request.frame);
+    if (index == kNoFinding) {
+      Finding finding = Found(kFixedKept, e.slave, e.request.frame);
+      const bool rx = direction == device::PdoDirection::kRx;
+      finding.Set("direction", PdoDirectionValue(direction))
+          .Set("fixed", arg::Object(*fixed))
+          .Set("assigned", PdosValue(used))
+          .Set("object", arg::Object(rx ? process::kRxAssignment : process::kTxAssignment))
+          .Set("most_pdos", arg::Number(free.max_pdos ? *free.max_pdos : 4))
+          .Set("manual", ManualOf(e.slave));
+      finding.reference = ReferenceTo(free.clear_unused.source);
+      AddRelated(finding, layout.since);
+      index = Report(key, Severity::kError, std::move(finding));
+    }
+    Predict(e, direction, index);
+  }
+
   void ReportWhole(const model::AlRequestJudged& e, device::PdoDirection direction, const model::ProcessLayout& layout,
-                   const FindingKind& kind, Severity severity, const Arguments& arguments, const std::string& source) {
-    const std::uint64_t number = &kind == &kOddLength ? 1 : 2;
-    const std::uint64_t key =
-        number << 60U | std::uint64_t{direction == device::PdoDirection::kRx} << 50U | layout.bits;
+                   const FindingKind& kind, Severity severity, const Arguments& arguments, const std::string& source,
+                   std::uint16_t pdo = 0) {
+    const std::uint64_t number = &kind == &kTooLong ? 2 : &kind == &kOddPdo ? 6 : 1;
+    const std::uint64_t key = number << 60U | std::uint64_t{pdo} << 32U |
+                              std::uint64_t{direction == device::PdoDirection::kRx} << 50U | layout.bits;
     FindingIndex index = Repeat(e.slave, key, e.request.frame);
     if (index == kNoFinding) {
       const bool written = WrittenByMaster(e.slave, direction, layout.pdos);
@@ -309,6 +457,10 @@ class PdoMappingRule final : public PdoRule {
   void Suspect(SlaveId slave, const MappingSuspicions::Suspicion& suspicion) {
     const device::DeviceDescription& family = *context().slave(slave).profile;
     for (const MappingSuspicions::Suspect& suspect : suspicion.suspects) {
+      if (suspect.note == &kUnusedMayExplain) {
+        SuspectUnused(slave, suspicion, suspect, family);
+        continue;
+      }
       const model::ProcessLayout& layout = context().slave(slave).process.Layout(suspect.direction);
       const std::uint64_t key =
           3ULL << 60U | std::uint64_t{suspect.direction == device::PdoDirection::kRx} << 50U | layout.bits;
@@ -328,6 +480,27 @@ class PdoMappingRule final : public PdoRule {
       }
       if (suspect.by_code) MappingSuspicions::Blame(context(), suspicion, index);
     }
+  }
+
+  /// A PDO for free mapping that is not used and was never cleared.
+  void SuspectUnused(SlaveId slave, const MappingSuspicions::Suspicion& suspicion,
+                     const MappingSuspicions::Suspect& suspect, const device::DeviceDescription& family) {
+    if (!suspect.by_code) return;
+    const std::uint64_t key = 7ULL << 60U | std::uint64_t{suspect.direction == device::PdoDirection::kRx} << 50U;
+    FindingIndex index = Repeat(slave, key, suspicion.shown);
+    if (index == kNoFinding) {
+      Finding finding = Found(kNotCleared, slave, suspicion.shown);
+      AddRelated(finding, suspicion.request.number);
+      finding.confidence = Confidence::kInferred;
+      finding.reference = ReferenceTo(family.pdo.flexible->clear_unused.source);
+      finding.Set("direction", PdoDirectionValue(suspect.direction))
+          .Set("request_frame", arg::Frame(suspicion.request.number))
+          .Set("al_status_code", CodeValue(suspicion.code, family))
+          .Set("manual_short", arg::Text(Shortened(family.document, 16)));
+      for (const Argument& argument : suspect.arguments) finding.Set(argument.name, argument.value);
+      index = Report(key, Severity::kInfo, std::move(finding));
+    }
+    MappingSuspicions::Blame(context(), suspicion, index);
   }
 
   MappingSuspicions suspicions_;

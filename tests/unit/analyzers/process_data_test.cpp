@@ -332,5 +332,22 @@ TEST_F(ProcessDataTest, VersionChangesWithEveryInput) {
   EXPECT_TRUE(changed());
 }
 
+/// 606Ch of an MKD-N: 1000:1 by SDO, in rpm in process data.
+TEST_F(ProcessDataTest, ProcessDataHaveTheirOwnScale) {
+  const device::DeviceDescription& family = *device::BuiltinProfile("kollmorgen-mkd-n");
+  process_.SetFamily(family);
+  Write(0x1C13, 0, {0});
+  Write(0x1C13, 1, {0x20, 0x1B});
+  Write(0x1C13, 0, {1});
+  const Signal* velocity = process_.tx().Find(0x606C, 0);
+  ASSERT_NE(velocity, nullptr);
+  EXPECT_EQ(velocity->scale, "1:1");
+  EXPECT_EQ(velocity->unit, "rpm");
+  EXPECT_EQ(family.object(0x606C, 0)->scale, "1000:1");
+  const Signal* input = process_.tx().Find(0x3470, 4);
+  ASSERT_NE(input, nullptr);
+  EXPECT_EQ(input->scale, "1000:1") << "no scale of its own in process data";
+}
+
 }  // namespace
 }  // namespace ecaudit::model

@@ -1,0 +1,265 @@
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/model/process_image.h"
+#include "analyzers/model/slave_model.h"
+#include "analyzers/objects/object_words.h"
+#include "decoder/mailbox/events.h"
+#include "decoder/track/events.h"
+
+namespace ecaudit::device_fault_bit {
+namespace {
+
+using device::BitSign;
+
+constexpr std::uint16_t kStatusWord = 0x6041;
+
+/// One bit that shows a fault or a warning.
+struct Sign {
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::uint8_t bit = 0;
+  BitSign sign = BitSign::kNone;
+  const std::string& name;
+  const std::string& meaning;
+  const std::string& source;
+};
+
+/// Calls `visit(const Sign&)` for each such bit of the family.
+template <typename Visit>
+void ForEachSign(const device::DeviceDescription& family, Visit visit) {
+  for (const device::ObjectBits& row : family.object_bits) {
+    if (row.sign == BitSign::kNone || row.first != row.last) continue;
+    visit(Sign{row.index, row.subindex, row.first, row.sign, row.name, row.meaning, row.source});
+  }
+  if (!family.drive) return;
+  for (const device::WordBit& row : family.drive->status_bits) {
+    if (row.sign == BitSign::kNone) continue;
+    visit(Sign{kStatusWord, 0, row.bit, row.sign, row.name, row.meaning, row.source});
+  }
+}
+
+bool HasSigns(const device::DeviceDescription& family) {
+  bool any = false;
+  ForEachSign(family, [&any](const Sign&) { any = true; });
+  return any;
+}
+
+constexpr FindingKind kSet{
+    .name = "bit-set",
+    .title = "Bit {bit} of {object:number}, {name}, is 1[: {reason}]",
+    .message =
+        R"([{?first}Bit {bit} of {object} is already 1 when the capture shows it first, in {frame} ({value}).][{!first}Bit
+{bit} of {object} changes to 1 in {frame} ({value}).] By the manual ({source}) it shows: {name}[ ({meaning})].[
+{reason_object}, read in {reason_frame}, reports {reason}.][{!reason} The capture does not show which number it is.][ The
+bit is 0 again in {gone_frame}.])",
+    .next =
+        "[{!reason}Read [{read_object}][{!read_object}1003h:1] from the device. ]Find the number in its manual, and "
+        "remove the cause.",
+    .identity = "object bit"};
+
+constexpr const FindingKind* kKinds[] = {&kSet};
+
+constexpr Word kBits{"fault-bits", "the object whose bits show faults of the device"};
+
+constexpr RuleInfo kInfo{.id = "device-fault-bit",
+                         .group = "Drive profile (DS402)",
+                         .severity = Severity::kError,
+                         .needs_no_history = true,
+                         .subject = Subject::kFaultBits,
+                         .title = "A bit of an object shows a fault or a warning of the device",
+                         .needs = "an object whose bits show faults by the manual, in the inputs or read by SDO",
+                         .source = "MKD, 5.2; PILZ, 4.4.3",
+                         .kinds = kKinds,
+                         .doc = R"(
+## What it checks
+Bits that the manual of the family calls a sign of a fault or a warning, beside the states of a drive:
+
+- An MKD-C has no status word 6041h: bits 8 and 15 of 1002h are all that its inputs show, and bit 0 of 1001h by SDO.
+- The status word of Pilz drives has bit 8 (position error) and bit 13 (homing error).
+
+## Why it matters
+The supply of all drives of a string is in a fault, and none of them shows the reason. Or a homing has failed, and the
+drive stays enabled.
+
+## How it is decided
+- The bit changes to 1, or is 1 when the capture shows it first: in inputs that the slave gave, or in the answer to an
+  upload.
+- A fault is an error, a warning is an info. A bit that stands for both is a warning.
+- A number that the master reads while the bit is 1 is the reason (MKD-C 2001h: 562 is F562, 2000h: 501 is n501).
+
+## Example
+tests/rules/device-fault-bit/violates.trace
+
+## What to do
+Find the number in the manual of the device, remove the cause, and clear the fault.
+)"};
+
+class DeviceFaultBit final : public Rule {
+ public:
+  DeviceFaultBit() : Rule(kInfo) {
+    Subscribe<model::ProcessCycle>(&DeviceFaultBit::On);
+    Subscribe<mailbox::SdoTransfer>(&DeviceFaultBit::On);
+    Subscribe<track::CaptureGap>(&DeviceFaultBit::On);
+    Subscribe<track::RunBegan>(&DeviceFaultBit::On);
+  }
+
+  void On(const track::CaptureGap&) { last_.clear(); }
+  void On(const track::RunBegan&) { last_.clear(); }
+
+  void On(const model::ProcessCycle& cycle) {
+    const model::ImagePart& part = cycle.part;
+    if (part.direction != device::PdoDirection::kTx || part.slave == kNoSlave || part.places.empty()) return;
+    if (part.slave >= placed_.size()) placed_.resize(part.slave + std::size_t{1});
+    Placed& placed = placed_[part.slave];
+    if (placed.serial != part.serial || placed.family != part.model->profile) Place(placed, part);
+    if (placed.places.empty() || cycle.exchange != model::Exchange::kYes || !cycle.has_data()) return;
+    for (const model::ImagePart::Place& place : placed.places) {
+      const auto value = cycle.Value(place);
+      if (!value) continue;
+      Evaluate(
+          {part.slave, static_cast<std::uint16_t>(place.object >> 8U), static_cast<std::uint8_t>(place.object & 0xFFU),
+           *value, place.bits, part.layout->assumed ? Confidence::kInferred : Confidence::kObserved},
+          *part.model->profile, cycle.frame());
+    }
+  }
+
+  void On(const mailbox::SdoTransfer& t) {
+    const bool read = t.service == mailbox::SdoService::kUpload && t.outcome == mailbox::SdoOutcome::kCompleted;
+    if (!read || !t.has_object || t.complete_access || t.data_gap || t.data.empty() || t.data.size() > 8) return;
+    const device::DeviceDescription& family = *context().slave(t.slave).profile;
+    Evaluate({t.slave, t.index, t.subindex, UnsignedOf(t.data), static_cast<std::uint16_t>(8 * t.data.size()),
+              ConfidenceOf(t.certainty)},
+             family, t.response);
+    AddReason(t, family);
+  }
+
+  void Finish() override {
+    NotEvaluableFor([this](const model::SlaveModel& slave) -> std::optional<Reason> {
+      if (seen_.contains(&slave) || !HasSigns(*slave.profile)) return std::nullopt;
+      return Reason::Of(ReasonCode::kNotRead, kBits);
+    });
+  }
+
+ private:
+  struct Seen {
+    SlaveId slave;
+    std::uint16_t index;
+    std::uint8_t subindex;
+    std::uint64_t value;
+    std::uint16_t bits;
+    Confidence confidence;
+  };
+  /// Where the inputs of one slave have such objects.
+  struct Placed {
+    std::uint64_t serial = 0;
+    const device::DeviceDescription* family = nullptr;
+    std::vector<model::ImagePart::Place> places;
+  };
+  using Key = std::pair<SlaveId, std::uint64_t>;
+
+  static std::uint64_t KeyOf(const Sign& row) {
+    return std::uint64_t{row.index} << 16U | std::uint64_t{row.subindex} << 8U | row.bit;
+  }
+
+  static void Place(Placed& placed, const model::ImagePart& part) {
+    placed = {part.serial, part.model->profile, {}};
+    ForEachSign(*part.model->profile, [&](const Sign& row) {
+      const model::ImagePart::Place* place = part.Find(row.index, row.subindex);
+      const bool known = place != nullptr && (placed.places.empty() || placed.places.back().object != place->object);
+      if (known) placed.places.push_back(*place);
+    });
+  }
+
+  void Evaluate(const Seen& seen, const device::DeviceDescription& family, const FrameRef& frame) {
+    ForEachSign(family, [&](const Sign& row) {
+      if (row.index != seen.index || row.subindex != seen.subindex || row.bit >= seen.bits) return;
+      const bool set = (seen.value >> row.bit & 1U) != 0;
+      seen_.insert(&context().slave(seen.slave));
+      const Key key{seen.slave, KeyOf(row)};
+      const auto [known, first] = last_.emplace(key, set);
+      const bool before = !first && known->second;
+      known->second = set;
+      if (set == before) return;
+      if (set) {
+        ReportBit(seen, row, family, frame, first);
+      } else if (const auto open = open_.find(key); open != open_.end()) {
+        context().store[open->second].Set("gone_frame", arg::Frame(frame.number));
+        open_.erase(open);
+      }
+    });
+  }
+
+  void ReportBit(const Seen& seen, const Sign& row, const device::DeviceDescription& family, const FrameRef& frame,
+                 bool first) {
+    if (Repeat(seen.slave, KeyOf(row), frame) != kNoFinding) return;
+    Finding finding = Found(kSet, seen.slave, frame);
+    finding.confidence = seen.confidence;
+    finding.reference = ReferenceTo(row.source);
+    finding.Set("bit", arg::Number(row.bit))
+        .Set("object",
+             arg::Object(row.index, row.subindex == 0 ? -1 : row.subindex, family.object_name(row.index, row.subindex)))
+        .Set("name", arg::Text(row.name))
+        .Set("value", arg::Hex(seen.value, (seen.bits + 3) / 4))
+        .Set("source", arg::Text(row.source));
+    if (first) finding.Set("first", arg::Flag());
+    if (!row.meaning.empty()) finding.Set("meaning", arg::Text(row.meaning));
+    if (const device::FaultObject* object = NumberObject(family, row.sign)) {
+      finding.Set("read_object", arg::Object(object->index, object->subindex));
+    }
+    const Severity severity = row.sign == BitSign::kFault     ? Severity::kError
+                              : row.sign == BitSign::kWarning ? Severity::kInfo
+                                                              : Severity::kWarning;
+    const FindingIndex index = Report(KeyOf(row), severity, std::move(finding));
+    if (index != kNoFinding) open_.insert_or_assign({seen.slave, KeyOf(row)}, index);
+  }
+
+  static bool Fits(BitSign sign, device::FaultValue kind) {
+    const bool warning = kind == device::FaultValue::kWarningNumber;
+    return sign == BitSign::kEither || warning == (sign == BitSign::kWarning);
+  }
+
+  static const device::FaultObject* NumberObject(const device::DeviceDescription& family, BitSign sign) {
+    for (const device::FaultObject& row : family.reported_objects) {
+      if (Fits(sign, row.kind)) return &row;
+    }
+    return nullptr;
+  }
+
+  /// The number of a fault or warning, read while a bit shows one.
+  void AddReason(const mailbox::SdoTransfer& t, const device::DeviceDescription& family) {
+    const device::FaultObject* object = family.number_object(t.index, t.subindex);
+    const std::uint64_t number = UnsignedOf(t.data);
+    if (object == nullptr || number == 0) return;
+    const std::string words = events::NumberWords(family, *object, number);
+    if (words.empty()) return;
+    ForEachSign(family, [&](const Sign& row) {
+      if (!Fits(row.sign, object->kind)) return;
+      const auto open = open_.find({t.slave, KeyOf(row)});
+      if (open == open_.end()) return;
+      Finding& finding = context().store[open->second];
+      if (finding.arguments.Has("reason")) return;
+      finding.Set("reason", arg::Text(words))
+          .Set("reason_object", arg::Object(t.index, t.subindex))
+          .Set("reason_frame", arg::Frame(t.response.number));
+      AddRelated(finding, t.response.number);
+    });
+  }
+
+  std::vector<Placed> placed_;               // by slave
+  std::map<Key, bool> last_;                 // of each slave and bit: as last seen
+  std::map<Key, FindingIndex> open_;         // findings whose bit is still 1
+  std::set<const model::SlaveModel*> seen_;  // slaves of which a value was seen
+};
+
+const RuleRegistration kRegistration{kInfo, MakeRule<DeviceFaultBit>};
+
+}  // namespace
+}  // namespace ecaudit::device_fault_bit

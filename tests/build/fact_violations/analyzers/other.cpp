@@ -1,0 +1,3 @@
+bool Enabled(const Motor& motor) {
+  return motor.enable;
+}
