@@ -41,7 +41,7 @@ bool IsPrintedAsName(std::string_view word) {
 }
 
 /// True where `text` has `name` as a whole word that is printed as a name.
-bool Mentions(std::string_view text, std::string_view name) {
+bool MentionsName(std::string_view text, std::string_view name) {
   for (auto begin = text.begin(); begin != text.end();) {
     begin = std::find_if(begin, text.end(), IsNameLetter);
     const auto end = std::find_if_not(begin, text.end(), IsNameLetter);
@@ -185,7 +185,7 @@ void AddNamed(std::string_view name, const Families& families, std::vector<Meani
     ForEachRow(*family, [&](const std::string& title, const std::string& words, const std::string& note,
                             const std::string& source) {
       const bool names =
-          SameText(title, name) || Mentions(title, name) || Mentions(words, name) || Mentions(note, name);
+          SameText(title, name) || MentionsName(title, name) || MentionsName(words, name) || MentionsName(note, name);
       if (!names || !source.starts_with(family->document)) return;
       const bool listed = std::any_of(known.begin(), known.end(), [&](const Statement& row) {
         return row.family == family->id && row.source == source && row.text.ends_with(words);

@@ -84,7 +84,7 @@ std::string TextOf(const Parts& parts, std::string_view word) {
   const auto join = [&](bool all) {
     std::string text;
     for (const auto& [key, value] : parts) {
-      if (!all && !Mentions(value, word)) continue;
+      if (!all && !HasWords(value, word)) continue;
       text += (text.empty() ? "" : "; ") + key + " " + value;
     }
     return text;
@@ -116,7 +116,7 @@ std::vector<ProfileFact> FactsOf(std::string_view profile_text) {
   return facts;
 }
 
-bool Mentions(std::string_view text, std::string_view word) {
+bool HasWords(std::string_view text, std::string_view word) {
   if (word.empty() || word.size() > text.size()) return false;
   for (std::size_t at = 0; at + word.size() <= text.size(); ++at) {
     const bool same = std::equal(word.begin(), word.end(), text.begin() + static_cast<std::ptrdiff_t>(at),
@@ -137,8 +137,8 @@ void AddMentions(std::string_view what, const Families& families, const device::
   for (const device::DeviceDescription* family : families) {
     for (const ProfileFact& fact : FactsOf(registry.Text(family->id))) {
       const bool mentioned = std::any_of(fact.parts.begin(), fact.parts.end(),
-                                         [&](const auto& part) { return Mentions(part.second, what); });
-      if (!mentioned && !Mentions(fact.note, what)) continue;
+                                         [&](const auto& part) { return HasWords(part.second, what); });
+      if (!mentioned && !HasWords(fact.note, what)) continue;
       const std::string id = family->id == "generic" ? "standard" : family->id;
       if (Cited(out, id, fact)) continue;
       if (meaning.statements.size() == kMostStatements) {

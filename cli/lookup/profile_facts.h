@@ -25,7 +25,7 @@ struct ProfileFact {
 [[nodiscard]] std::vector<ProfileFact> FactsOf(std::string_view profile_text);
 
 /// Whether the text has `word` as a whole word, in any case. "F28" is not in "F281", "PTBASE" is in "PTBASE = 1".
-[[nodiscard]] bool Mentions(std::string_view text, std::string_view word);
+[[nodiscard]] bool HasWords(std::string_view text, std::string_view word);
 
 /// Adds what the manuals of the families mention by that phrase, or by a name with a dot; single words are too many.
 /// What `out` cites already is left out.
