@@ -111,8 +111,8 @@ class DeviceFaultBit final : public Rule {
     Subscribe<track::RunBegan>(&DeviceFaultBit::On);
   }
 
-  void On(const track::CaptureGap&) { last_.clear(); }
-  void On(const track::RunBegan&) { last_.clear(); }
+  void On(const track::CaptureGap&) { Forget(); }
+  void On(const track::RunBegan&) { Forget(); }
 
   void On(const model::ProcessCycle& cycle) {
     const model::ImagePart& part = cycle.part;
@@ -121,9 +121,11 @@ class DeviceFaultBit final : public Rule {
     Placed& placed = placed_[part.slave];
     if (placed.serial != part.serial || placed.family != part.model->profile) Place(placed, part);
     if (placed.places.empty() || cycle.exchange != model::Exchange::kYes || !cycle.has_data()) return;
-    for (const model::ImagePart::Place& place : placed.places) {
+    for (Placed::One& one : placed.places) {
+      const model::ImagePart::Place& place = one.place;
       const auto value = cycle.Value(place);
-      if (!value) continue;
+      if (!value || one.last == value) continue;  // nearly always
+      one.last = value;
       Evaluate(
           {part.slave, static_cast<std::uint16_t>(place.object >> 8U), static_cast<std::uint8_t>(place.object & 0xFFU),
            *value, place.bits, part.layout->assumed ? Confidence::kInferred : Confidence::kObserved},
@@ -161,7 +163,11 @@ class DeviceFaultBit final : public Rule {
   struct Placed {
     std::uint64_t serial = 0;
     const device::DeviceDescription* family = nullptr;
-    std::vector<model::ImagePart::Place> places;
+    struct One {
+      model::ImagePart::Place place;
+      std::optional<std::uint64_t> last;  ///< value in the frame before
+    };
+    std::vector<One> places;
   };
   using Key = std::pair<SlaveId, std::uint64_t>;
 
@@ -169,12 +175,20 @@ class DeviceFaultBit final : public Rule {
     return std::uint64_t{row.index} << 16U | std::uint64_t{row.subindex} << 8U | row.bit;
   }
 
+  void Forget() {
+    last_.clear();
+    for (Placed& placed : placed_) {
+      for (Placed::One& one : placed.places) one.last.reset();
+    }
+  }
+
   static void Place(Placed& placed, const model::ImagePart& part) {
     placed = {part.serial, part.model->profile, {}};
     ForEachSign(*part.model->profile, [&](const Sign& row) {
       const model::ImagePart::Place* place = part.Find(row.index, row.subindex);
-      const bool known = place != nullptr && (placed.places.empty() || placed.places.back().object != place->object);
-      if (known) placed.places.push_back(*place);
+      const bool other =
+          placed.places.empty() || (place != nullptr && placed.places.back().place.object != place->object);
+      if (place != nullptr && other) placed.places.push_back({*place, {}});
     });
   }
 
@@ -184,7 +198,7 @@ class DeviceFaultBit final : public Rule {
       const bool set = (seen.value >> row.bit & 1U) != 0;
       seen_.insert(&context().slave(seen.slave));
       const Key key{seen.slave, KeyOf(row)};
-      const auto [known, first] = last_.emplace(key, set);
+      const auto [known, first] = last_.try_emplace(key, set);
       const bool before = !first && known->second;
       known->second = set;
       if (set == before) return;

@@ -90,6 +90,7 @@ slave's own record of its cycles.
 - When the slave reaches OP, the last value counts that was written, or that was read after SYNC0 was set. Slaves change
   the type themselves when SYNC0 is switched on: what was read before shows nothing.
 - A slave reached OP with it, so it may not use the object: the finding is inferred.
+- With SYNC0 on and 1C32h:1 not in the capture, the rule is not evaluated.
 - A counter has to rise between two reads in OP. What it counted before the first one may be old.
 - A refusal because of the type belongs to al-refused.
 
@@ -102,6 +103,8 @@ Take the type, the cycle and AssignActivate from one operation mode (OpMode) of 
 
 constexpr std::array<std::uint16_t, 2> kObjects{0x1C32, 0x1C33};
 constexpr std::uint8_t kTypeEntry = 1, kCycleEntry = 2, kSupportedEntry = 4, kErrorEntry = 32;
+
+constexpr Word kTypeOfOutputs{"sync-type", "the synchronisation type (1C32h:1)"};
 
 /// A counter of 1C32h and 1C33h.
 struct Counter {
@@ -168,6 +171,10 @@ class SyncTypeMismatch final : public Rule {
     const bool reached = e.outcome != model::AlAnswered::Outcome::kRefused;
     if (!reached || e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
     const auto& activation = context().sync().dc(e.slave).activation();
+    const bool by_pulse = activation && activation->sync0();
+    if (by_pulse && ValueOf(e.slave, kObjects[0], kTypeEntry) == nullptr) {
+      NotEvaluable(e.slave, ReasonCode::kNotRead, kTypeOfOutputs, e.frame.number);
+    }
     for (const std::uint16_t object : kObjects) {
       if (activation) CheckType(e, object, *activation);
       CheckSupported(e, object);
@@ -181,7 +188,7 @@ class SyncTypeMismatch final : public Rule {
     if (!upload || !e.has_object || e.complete_access || e.data.empty() || e.data.size() > 4) return;
     if (e.index != kObjects[0] && e.index != kObjects[1]) return;
     if (!context().slave(e.slave).al.SettledIn(esc::AlState::OP)) return;
-    const std::uint64_t value = LittleEndianOf(e.data);
+    const std::uint64_t value = UnsignedOf(e.data);
     if (e.subindex == kErrorEntry && (value & 1U) != 0) ReportError(e);
     for (const Counter& counter : kCounters) {
       if (counter.entry == e.subindex) CheckCounter(e, counter, value);
@@ -191,12 +198,6 @@ class SyncTypeMismatch final : public Rule {
   void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
-  static std::uint64_t LittleEndianOf(ByteSpan bytes) {
-    std::uint64_t value = 0;
-    for (std::size_t i = bytes.size(); i > 0; --i) value = value << 8U | bytes[i - 1];
-    return value;
-  }
-
   [[nodiscard]] const model::ObjectValue* ValueOf(SlaveId slave, std::uint16_t object, std::uint8_t entry) const {
     return context().slave(slave).objects.Find(object, entry);
   }
