@@ -4,7 +4,7 @@
 namespace ecaudit::cli {
 
 enum class ExitStatus : int {
-  kClean = 0,          ///< no finding at or above --fail-on, and none that holds a rung
+  kClean = 0,          ///< no finding at or above --fail-on, and none that keeps the master from what it requested
   kFindings = 1,       ///< findings at or above it
   kUsage = 2,          ///< wrong usage, unreadable input, or output that cannot be written
   kInternal = 3,       ///< a bug in ecaudit

@@ -10,6 +10,7 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/model/sync_manager_demand.h"
 #include "analyzers/sync/sync_model.h"
+#include "analyzers/sync/sync_type.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/sii.h"
 #include "decoder/track/network.h"
@@ -473,7 +474,7 @@ void CheckSyncCycle(const Case& of, Outcome& found) {
     return;
   }
   bool checked = false;
-  for (const std::uint16_t object : {std::uint16_t{0x1C32}, std::uint16_t{0x1C33}}) {
+  for (const std::uint16_t object : sync::kSyncObjects) {
     constexpr std::uint8_t kMinimumCycle = 5;
     const model::ObjectValue* minimum = of.model.objects.Find(object, kMinimumCycle);
     if (minimum == nullptr || minimum->raw == 0) continue;
@@ -492,26 +493,20 @@ void CheckSyncCycle(const Case& of, Outcome& found) {
 void CheckSyncTypes(const Case& of, Outcome& found) {
   const auto sync0 = of.sync0();
   if (!sync0) return;
-  constexpr std::uint16_t kType = 0x1C32;
-  constexpr std::uint64_t kSyncManagerEvent = 1, kDcSync0 = 2, kDcSync1 = 3;
-  const model::ObjectValue* type = of.model.objects.Find(kType, 1);
-  if (type == nullptr || type->raw > kDcSync1) return;
+  const model::ObjectValue* value = of.model.objects.Find(sync::kSyncObjects[0], sync::kSyncTypeEntry);
+  if (value == nullptr || !sync::IsKnownSyncType(value->raw)) return;
   // Slaves change it themselves when SYNC0 is activated: what was read before shows nothing of the time after.
   const FrameNo changed = of.dc.activation_changed();
-  if (!of.Applied(std::max(changed, type->since)) || (!type->written && type->since < changed)) return;
-  const bool wants_dc = type->raw == kDcSync0 || type->raw == kDcSync1;
-  if (wants_dc == *sync0) {
+  if (!of.Applied(std::max(changed, value->since)) || (!value->written && value->since < changed)) return;
+  const auto type = static_cast<sync::SyncType>(value->raw);
+  if (sync::NeedsPulses(type) == *sync0) {
     found.Right(kSyncTypes);
     return;
   }
-  if (!of.Counts(std::max(changed, type->written ? type->since : 0))) return;
-  const std::string_view meaning = type->raw == kSyncManagerEvent ? "synchronous with the sync manager"
-                                   : type->raw == kDcSync0        ? "synchronous with SYNC0"
-                                   : type->raw == kDcSync1        ? "synchronous with SYNC1"
-                                                                  : "free run";
+  if (!of.Counts(std::max(changed, value->written ? value->since : 0))) return;
   found.May(refusal::kSyncTypeDiffers, kWhySyncTypeDiffers,
-            {{"object", arg::Object(kType, 1)},
-             {"type", arg::Number(static_cast<std::int64_t>(type->raw), meaning)},
+            {{"object", arg::Object(sync::kSyncObjects[0], sync::kSyncTypeEntry)},
+             {"type", arg::Number(static_cast<std::int64_t>(value->raw), sync::Name(type))},
              {"active", arg::Flag(*sync0)},
              {"activation", Activation(of)}});
 }

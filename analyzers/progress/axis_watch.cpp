@@ -10,8 +10,9 @@ using device::DriveState;
 // In the order of Quantity.
 constexpr std::array kTargets{Role::kTargetPosition, Role::kTargetVelocity, Role::kTargetTorque, Role::kTargetSpeed};
 constexpr std::array kActuals{Role::kPosition, Role::kVelocity, Role::kTorque, Role::kSpeed};
-/// What 6061h shows in the process data counts if they show it for so long before and after the answer by SDO.
+/// The process data must show the same 6061h for this long before the answer by SDO ...
 constexpr TimeNs kSettledNs = 100'000'000;
+/// ... and for this long after it.
 constexpr TimeNs kStaysNs = 50'000'000;
 static_assert(kTargets.size() == kQuantityCount && kActuals.size() == kQuantityCount);
 

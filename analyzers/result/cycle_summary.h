@@ -25,7 +25,8 @@ struct CyclicDatagram {
   std::uint64_t count = 0;
 };
 
-/// Where differences between the cycles arise. Each width holds 98 of 100 values; shares are those of the squares.
+/// Where differences between the cycles arise. Each width holds 98 of 100 values. A share is the part in the sum of the
+/// squared widths, in percent.
 struct DelayOrigins {
   double master_us = 0;               ///< of the intervals at which frames are sent
   double return_us = 0;               ///< of round trips: line, slaves and network card

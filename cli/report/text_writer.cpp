@@ -711,21 +711,20 @@ class CaptureText {
     return text;
   }
 
-  /// "Cycles differ by 1571.3 us: master 100 % (when it sends), return 0 % (...), recorder 0 % (its stamps)"; empty
-  /// where they are regular.
+  /// "irregular cycles; 98 of 100 values lie within: sending 1569.7 us; return 4.2 us (...); stamps of the recorder
+  /// 0.0 us"; empty where cycles are regular.
   [[nodiscard]] std::string OriginFacts() const {
     constexpr double kRegular = 0.01;
     const CycleSummary& cycle = result_.bus.cycle;
     if (!cycle.origins || cycle.origins->width_us() < kRegular * cycle.median_us) return {};
     const DelayOrigins& origins = *cycle.origins;
-    const auto share = [&](double width) { return Fixed(origins.ShareOf(width), 0) + " %"; };
-    std::string text = "98 of 100 cycles differ by at most " + Fixed(origins.width_us(), 1) + " us: master " +
-                       share(origins.master_us) +
-                       (origins.recorder_us ? " (when it sends)" : " (when it sends, by stamps)");
-    text += ", return " + share(origins.return_us) + " (line, slaves, network card: round trip " +
-            Fixed(origins.round_trip_us, 1) + " us, at most " + Fixed(origins.longest_round_trip_us, 1) + ")";
-    if (origins.recorder_us) return text + ", recorder " + share(*origins.recorder_us) + " (stamps)";
-    return text + "; without DC time in the frames the recorder counts as master";
+    const auto us = [](double value) { return Fixed(value, 1) + " us"; };
+    std::string text = "irregular cycles; 98 of 100 values lie within: sending " + us(origins.master_us);
+    if (!origins.recorder_us) text += " (by stamps, with the error of the recorder: no DC time in the frames)";
+    text += "; return " + us(origins.return_us) + " (line, slaves, network card: round trip " +
+            us(origins.round_trip_us) + ", longest " + us(origins.longest_round_trip_us) + ")";
+    if (origins.recorder_us) text += "; stamps of the recorder " + us(*origins.recorder_us);
+    return text;
   }
 
   /// "2 runs: #1 to #1348 to OP (2 slaves, every 1000.0 us); #1349 to #2691 ..."; empty where there is one.

@@ -46,7 +46,7 @@ class IndexSequence {
   [[nodiscard]] std::uint32_t skipped() const { return skipped_; }
   /// How many indices the master uses, as far as seen. After this number of frames the next one has the same again.
   [[nodiscard]] std::uint32_t span() const { return span_; }
-  /// True when the frames are numbered: equal indices one after the other are then no chance.
+  /// True when the frames are numbered: equal indices one after the other are then no coincidence.
   [[nodiscard]] bool IsNumbered(const wire::FrameView& frame) const noexcept;
   /// True when frames of some kind are numbered.
   [[nodiscard]] bool NumbersAny() const noexcept;

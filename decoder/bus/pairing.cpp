@@ -16,7 +16,7 @@ constexpr std::int64_t kMaxRoundTripNs = 500'000;
 
 /// What was overtaken so often is lost: masters with few indices have begun to use its index again.
 /// Numbers that continue after a silence although frames are missing there do so once in as many times.
-constexpr std::uint32_t kNoChance = 64;
+constexpr std::uint32_t kNoCoincidence = 64;
 constexpr std::uint32_t kStale = 8;
 
 /// True when the first `count` datagrams of `returned` can be what became of those of `sent`. Slaves never change what
@@ -212,7 +212,7 @@ Pairing::Owner Pairing::OwnerOf(const wire::FrameView& returned) const noexcept 
 GapBefore Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats, Copy copy) noexcept {
   Rhythm& rhythm = senders_[sender].rhythm;
   // Masters that do not number their frames send the same again and again.
-  const bool again = IsAgain(sender, frame, repeats);
+  const bool again = IsSentAgain(sender, frame, repeats);
   const bool repeated = again || repeats == Repeats::kIndex || repeats == Repeats::kAll;
   const IndexSequence::Step step = rhythm.indices.Follow(frame, repeated);
   if (rhythm.indices.loose()) statistics_.last_loose = frame.ref().number;
@@ -235,7 +235,7 @@ GapBefore Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Rep
   const std::int64_t apart = Elapsed(last.time, frame.ref().time);
   const bool waited = HasWaited(last, frame.ref());
   if (repeats == Repeats::kAll && waited) ++statistics_.repeated_unanswered;
-  if (again && RoundThatFits(rhythm, apart) > 0) {
+  if (again && IndicesThatMayBeMissing(rhythm, apart) > 0) {
     DoubtInFlight(sender, Undecided::kCaptureGap);
     return GapBefore::kPossible;
   }
@@ -252,17 +252,17 @@ GapBefore Pairing::Follow(std::uint8_t sender, const wire::FrameView& frame, Rep
   const bool silent = IsSilence(rhythm, apart);
   // Enough frames may be missing for the indices to wrap around, by chance to the next one.
   // If a return is missing as well, the master may have sent at its normal rate all the time.
-  const bool overdue = goes_on && rhythm.indices.span() < kNoChance && AnyOverdue(sender, frame.ref());
+  const bool overdue = goes_on && rhythm.indices.span() < kNoCoincidence && AnyOverdue(sender, frame.ref());
   if (!silent && !overdue && copy != Copy::kProvesGap) return GapBefore::kNone;  // nearly always
   const bool fast = overdue || (silent && copy == Copy::kProvesGap);
   const std::int64_t distance = std::max<std::int64_t>(fast ? rhythm.shortest_ns : rhythm.mean_ns, 1);
   const bool round = apart / distance + 1 >= rhythm.indices.span();
-  if (copy == Copy::kProvesGap && goes_on && round && rhythm.indices.span() < kNoChance) {
+  if (copy == Copy::kProvesGap && goes_on && round && rhythm.indices.span() < kNoCoincidence) {
     OnGap(sender);
     return GapBefore::kCertain;
   }
   if (!silent && !(overdue && round)) return GapBefore::kNone;
-  if (goes_on && (!round || rhythm.indices.span() >= kNoChance)) return GapBefore::kNone;
+  if (goes_on && (!round || rhythm.indices.span() >= kNoCoincidence)) return GapBefore::kNone;
   // A master that waits for a frame until its time-out is silent, too.
   if (!goes_on || apart > kSilentNs) DoubtInFlight(sender, Undecided::kSilence);
   return GapBefore::kPossible;
@@ -276,21 +276,23 @@ bool Pairing::HasWaited(const FrameRef& before, const FrameRef& now) const noexc
 }
 
 void Pairing::Rhythm::CompareStamps(std::int64_t apart) noexcept {
-  shared = apart > 0 ? std::max(shared - 1, 0) : std::min(shared + kShared, kManyShared);
+  shared_score = apart > 0 ? std::max(shared_score - 1, 0) : std::min(shared_score + kShared, kManyShared);
 }
 
-/// True when the sender repeats what slaves answered, or what came back without answer, as one does that did not get
-/// it. Masters that do not number their frames send the same again and again.
-bool Pairing::IsAgain(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats) const noexcept {
+/// True when the sender repeats its last frame after that one returned, within kLongestTimeOutNs. Masters that do not
+/// number their frames do so all the time: false.
+bool Pairing::IsSentAgain(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats) const noexcept {
   const Rhythm& rhythm = senders_[sender].rhythm;
   return repeats == Repeats::kAnswered && rhythm.indices.was_next() && HasWaited(rhythm.last, frame.ref()) &&
          Elapsed(rhythm.last.time, frame.ref().time) <= kLongestTimeOutNs;
 }
 
-/// How many indices the master has, if it may have used all of them once between two frames with the same one; else 0.
-std::uint32_t Pairing::RoundThatFits(const Rhythm& rhythm, std::int64_t apart) noexcept {
+/// How many indices the master has, if it may have used all of them once between two frames with the same one.
+/// @return 0: there was no time for that
+std::uint32_t Pairing::IndicesThatMayBeMissing(const Rhythm& rhythm, std::int64_t apart) noexcept {
   const std::uint32_t span = rhythm.indices.span();
-  const std::int64_t distance = rhythm.SharesStamps() ? kShortestFrameNs : std::max(rhythm.mean_ns / 2, kShortestFrameNs);
+  const std::int64_t distance =
+      rhythm.HasSharedStamps() ? kShortestFrameNs : std::max(rhythm.mean_ns / 2, kShortestFrameNs);
   return (std::int64_t{span} - 1) * distance <= apart ? std::max(span, 1U) : 0;
 }
 
@@ -300,7 +302,7 @@ bool Pairing::HasTimeFor(const Rhythm& rhythm, const FrameRef& from, const Frame
   if (!from.has_time || !to.has_time || typical_round_trip_ns_ == 0 || typical_round_trip_ns_ > kMaxRoundTripNs) {
     return true;
   }
-  if (rhythm.SharesStamps() || ClockJumps(from.time, to.time)) return true;
+  if (rhythm.HasSharedStamps() || ClockJumps(from.time, to.time)) return true;
   const bool known = rhythm.longest_before_ns > 0;
   const std::int64_t each = std::max(known ? rhythm.shortest_ns / 2 : 0, kShortestFrameNs);
   return rhythm.indices.skipped() * each <= 2 * Elapsed(from.time, to.time) + kStampsNs;
@@ -316,7 +318,7 @@ bool Pairing::AnyInFlight(std::uint8_t sender) noexcept {
 
 /// True when no more frames fit between one and the return of another than the one that came back.
 bool Pairing::OnlyOneFits(const Rhythm& rhythm, const FrameRef& last, const FrameRef& returned) noexcept {
-  if (!last.has_time || !returned.has_time || rhythm.shortest_ns == 0 || rhythm.SharesStamps()) return false;
+  if (!last.has_time || !returned.has_time || rhythm.shortest_ns == 0 || rhythm.HasSharedStamps()) return false;
   const std::int64_t apart = Elapsed(last.time, returned.time);
   return apart > 0 && apart / 2 < rhythm.shortest_ns;
 }
@@ -471,10 +473,10 @@ void Pairing::PushOutbound(const wire::FrameView& frame, std::uint64_t key, bool
   if (!copy) {
     const Repeats repeats = RepeatsLast(sender, key, kept);
     again = repeats == Repeats::kAll;
-    if (IsAgain(sender, frame, repeats)) {
+    if (IsSentAgain(sender, frame, repeats)) {
       const Rhythm& rhythm = senders_[sender].rhythm;
-      answered_again = At(senders_[sender].newest - 1).taken;
-      round = RoundThatFits(rhythm, Elapsed(rhythm.last.time, frame.ref().time));
+      answered_again = At(senders_[sender].newest - 1).slaves_counted;
+      round = IndicesThatMayBeMissing(rhythm, Elapsed(rhythm.last.time, frame.ref().time));
     }
     if (const GapBefore gap = Follow(sender, frame, repeats); gap != GapBefore::kNone) {
       if (gap > gap_) gap_ = gap;
@@ -697,7 +699,7 @@ bool Pairing::MayBeOfMissing(const Slot& slot) noexcept {
 void Pairing::Answer(Slot& slot, const wire::FrameView& returned, ByteSpan datagrams) noexcept {
   slot.state = SlotState::kAnswered;
   slot.returned = returned.ref();
-  slot.taken = AnyWorkingCounter(returned);
+  slot.slaves_counted = AnyWorkingCounter(returned);
   // Only a number distinguishes a late frame from one whose outbound copy is not in the capture.
   const IndexSequence& indices = senders_[slot.sender].rhythm.indices;
   const std::uint32_t overtaken = slot.overtaken - (slot.before_gap ? 1U : 0U);
@@ -1000,7 +1002,7 @@ bool Pairing::MayAnswerLater(const Slot& slot, const wire::FrameView& returned) 
   }
   const std::int64_t way = Elapsed(sent.time, returned.ref().time);
   if (way <= kDuplicateNs || way / kDuplicateRoundTrips <= typical_round_trip_ns_) return false;
-  return !indices.IsNumbered(slot.view) || indices.span() < kNoChance;
+  return !indices.IsNumbered(slot.view) || indices.span() < kNoCoincidence;
 }
 
 /// Nothing in flight fits: a second copy of something that already came back? Not where it is what the master was to

@@ -110,7 +110,8 @@ class Pairing {
   /// them.
   static constexpr std::uint32_t kFew = 4;
   static constexpr std::int64_t kSilentTimesOfFew = 64;
-  /// Stamps are shared if more than one in this number is, and the last few were not the only ones.
+  /// Stamps are not those of single frames if more than one in this number is no later than the stamp before. Two such
+  /// stamps alone do not count.
   static constexpr int kShared = 16;
   static constexpr int kFewShared = 2 * kShared;
   static constexpr int kManyShared = 16 * kShared;
@@ -151,11 +152,12 @@ class Pairing {
     std::int64_t longest_before_ns = 0;  ///< ... and of the kWindow frames before
     std::int64_t shortest_ns = 0;        ///< of all frames so far; 0: not known yet
     std::uint32_t frames = 0;
-    int shared = 0;  ///< grows by kShared with each stamp that is not later than the one before, and falls by 1 else
+    int shared_score =
+        0;  ///< grows by kShared with each stamp that is not later than the one before, and falls by 1 else
 
     void CompareStamps(std::int64_t apart) noexcept;
     /// Stamps are those of an interrupt or of several clocks: many frames have the one of the frame before.
-    [[nodiscard]] bool SharesStamps() const { return shared > kFewShared; }
+    [[nodiscard]] bool HasSharedStamps() const { return shared_score > kFewShared; }
   };
   struct Sender {
     std::uint64_t mac = 0;
@@ -177,7 +179,7 @@ class Pairing {
     bool copy = false;               ///< may be the packet before it, captured twice
     bool again = false;              ///< the frame before once more, which was in flight
     bool answered_again = false;     ///< ... which slaves had answered
-    bool taken = false;              ///< slaves took part in it
+    bool slaves_counted = false;     ///< slaves took part in it
     std::uint32_t round = 0;         ///< see RepeatedFrame::may_miss_round_of
     bool before_gap = false;         ///< counted as overtaken once because the indices after it skip
     std::uint32_t overtaken = 0;
@@ -237,9 +239,9 @@ class Pairing {
   [[nodiscard]] bool AnyInFlight(std::uint8_t sender) noexcept;
   [[nodiscard]] bool HasTimeFor(const Rhythm& rhythm, const FrameRef& from, const FrameRef& to) const noexcept;
   void ReportLate(const Slot& slot) noexcept;
-  [[nodiscard]] bool IsAgain(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats) const noexcept;
+  [[nodiscard]] bool IsSentAgain(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats) const noexcept;
   void ReportAnswered(const Slot& slot, const wire::FrameView& returned) noexcept;
-  [[nodiscard]] static std::uint32_t RoundThatFits(const Rhythm& rhythm, std::int64_t apart) noexcept;
+  [[nodiscard]] static std::uint32_t IndicesThatMayBeMissing(const Rhythm& rhythm, std::int64_t apart) noexcept;
   [[nodiscard]] FrameRef RepeatedSince(const Slot& slot) noexcept;
   [[nodiscard]] bool MayAnswerLater(const Slot& slot, const wire::FrameView& returned) const noexcept;
   [[nodiscard]] bool ProvesGap(const Sender& sender, const wire::FrameView& orphan) const noexcept;

@@ -57,7 +57,8 @@ struct RepeatedFrame {
   FrameRef again;                ///< when it was sent again
   FrameRef returned;             ///< what came back of the first one
   std::int64_t usual_ns = 0;     ///< round trip of other frames; 0: not known
-  /// Not 0: the number of indices of the master. The capture may miss as many frames, less one, between both.
+  /// Not 0: the number of indices of the master, and the time-out is long enough for one round of them, less one frame,
+  /// which the capture may miss.
   std::uint32_t may_miss_round_of = 0;
   bool brought_news = false;  ///< it only reads, and the second time it brought other data: a poll
 

@@ -47,7 +47,7 @@ class TwoIndexSequences {
   [[nodiscard]] const Sequence& later() const {
     return sequences_[sequences_[0].began.number > sequences_[1].began.number ? 0 : 1];
   }
-  /// How often frames of one followed frames of the other, when both had enough frames to be no chance.
+  /// How often frames of one followed frames of the other, when both had enough frames to be no coincidence.
   [[nodiscard]] std::uint64_t turns() const { return turns_; }
   /// True when slaves take part in the frames of both, and both gave a station address to the same slave.
   [[nodiscard]] bool SetUpTwice() const;
@@ -58,7 +58,7 @@ class TwoIndexSequences {
   [[nodiscard]] std::uint64_t unanswered() const;
 
  private:
-  /// From this number of frames on a sequence is no chance.
+  /// From this number of frames on a sequence is no coincidence.
   static constexpr std::uint64_t kProven = 4;
   /// This number of frames without answer are no single refusals.
   static constexpr std::uint64_t kManyUnanswered = 8;

@@ -25,7 +25,7 @@ constexpr FindingKind kIgnored{
     .message =
         R"(The master looked for slaves {attempts}, from {frame} to {last_frame} (broadcast read of 0x0000). {slaves}
 {slaves?counts|count} in {answered_frame}. All the same, the master wrote only to all slaves at once and addressed none of
-them. So it has not received the answers: its receive path may hand it its own frames, with working counter 0.)",
+them. So it probably did not receive the answers. Its receive path may return its own frames to it, with working counter 0.)",
     .next = R"(Check the receive path of the master. The driver must return received frames, not those that it sends:
 check loopback, filters and the selected network card.)"};
 constexpr const FindingKind* kKinds[] = {&kIgnored};
@@ -43,15 +43,15 @@ constexpr RuleInfo kInfo{.id = "bus-answers-ignored",
 Whether a master that counts the slaves goes on to address them.
 
 ## Why it matters
-The bus is whole and the slaves answer, but the program reports "no slaves found". The fault is in the computer of the
-master, between its network card and the program. Cables and slaves are changed without result.
+The bus works and the slaves answer, but the program reports "no slaves found". The fault is in the computer of the
+master, between its network card and the program. Replacing cables or slaves does not help.
 
 ## How it is decided
 - The master wrote to all slaves (0x0120 or another register of the set-up) and read 0x0000 of all of them, at least
   twice within at least 100 ms.
 - Slaves counted these reads.
 - The master sent nothing to a position, a station address or a logical address, in the whole capture.
-- A master that only watches the bus by broadcast reads does not set it up, and is no case of this.
+- A master that only reads by broadcast does not set up the bus and is not reported.
 
 ## Example
 tests/rules/bus-answers-ignored/violates.trace

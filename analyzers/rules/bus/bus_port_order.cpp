@@ -77,9 +77,9 @@ then compute propagation delays that cannot be true, and SYNC0 is off.
 - Without receive times the ports of all slaves decide. All slaves must have answered when DL status was read: others
   may have joined later, or a cable may have been pulled.
 - The read of DL status with most open ports counts: masters close ports while they scan.
-- In a ring with redundancy the second port of the master reaches the slaves at the end first. Such a line is not
-  evaluated: the capture shows both ports, or at least the last two slaves have frames at another port first, and the
-  last one has a port open.
+- In a ring with redundancy, frames of the second port of the master enter each slave at its last port. The rule is not
+  evaluated if the capture shows both ports. Nor is it if the last slaves, at least two, all have frames at another port
+  first and the last one has a second open port.
 - An open port at the last slave alone is no finding: a second network card or another device may be connected there.
 
 ## Example
@@ -179,14 +179,14 @@ class BusPortOrder final : public Rule {
   /// From the second port of a master with redundancy frames enter each slave at its last port. They reach the slaves
   /// at the end of the line first, and those after a break alone.
   [[nodiscard]] bool MayBeRing(const std::vector<SlaveId>& line) const {
-    constexpr std::ptrdiff_t kNoChance = 2;
+    constexpr std::ptrdiff_t kNoCoincidence = 2;
     if (context().pairing().one_port || context().pairing().other_end > 0) return true;
     if (line.empty() || PortsOf(line.back()).open_ports() < 2 || EndOf(line)) return false;
     const auto enters_elsewhere = [&](SlaveId slave) {
       return std::any_of(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.slave == slave; });
     };
     const auto first = std::find_if(line.begin(), line.end(), enters_elsewhere);
-    return line.end() - first >= kNoChance && std::all_of(first, line.end(), enters_elsewhere);
+    return line.end() - first >= kNoCoincidence && std::all_of(first, line.end(), enters_elsewhere);
   }
 
   /// The slaves in the order of positions, if DL status of all of them is known and no slave joined later.

@@ -68,8 +68,8 @@ Its time-out is longer than frames take, and at most 100 ms.
   belongs to frame-duplicated.
 - A frame that only reads, and in the end brings other data, is a poll that keeps its index.
 - Masters that do not number their frames send equal frames all the time: nothing can be decided.
-- Where the master could have used all its indices once in the time-out, the capture may miss these frames. Three such
-  frames are reported if the indices show no other gap and the master has at least 8 of them.
+- If the time-out is long enough for one round of all indices, the capture may miss that round. Then three such frames
+  are reported, if the master has at least 8 indices and they show no other gap.
 
 ## Example
 tests/rules/frame-repeated/violates.trace
@@ -102,7 +102,7 @@ class FrameRepeated final : public Rule {
       return;
     }
     // A gap ends at the index of the frame before it by chance, once in as many gaps as the master has indices.
-    if (may_be_gaps_ >= kNoChance && least_round_ >= kLeastRound && context().pairing().gaps == 0) {
+    if (may_be_gaps_ >= kNoCoincidence && least_round_ >= kLeastRound && context().pairing().gaps == 0) {
       first_maybe_->count = may_be_gaps_;
       Add(std::move(*first_maybe_));
     } else {
@@ -119,8 +119,8 @@ class FrameRepeated final : public Rule {
     bool poll = false;
   };
 
-  /// This number of gaps that all end at the same index is no chance ...
-  static constexpr std::uint64_t kNoChance = 3;
+  /// This number of gaps that all end at the same index is no coincidence ...
+  static constexpr std::uint64_t kNoCoincidence = 3;
   /// ... where there are as many indices.
   static constexpr std::uint32_t kLeastRound = 8;
 

@@ -99,8 +99,8 @@ refreshed. So {slave} does not take part.)"};
 constexpr NoteKind kOneBuffer{
     .name = "one-buffer",
     .text =
-        R"([{?several}These sync managers have one buffer: {managers}. Each][{!several}{managers} has one buffer. It]
-counts only if the slave has [{?inputs}filled][{!inputs}emptied] the buffer.)"};
+        R"([{?several}These sync managers have one buffer: {managers}. Each slave][{!several}{managers} has one buffer. The
+slave] counts only if it has [{?inputs}filled][{!inputs}emptied] the buffer.)"};
 constexpr const NoteKind* kNotes[] = {&kLeftTheBus,    &kAllAway,      &kMoreCounted,        &kOutputsMissing,
                                       &kInputsMissing, &kShareMissing, &kSeveralFit,         &kFitsSlaveThatLeftState,
                                       &kOneAway,       &kOneLeft,      &kInputsNotRefreshed, &kOneBuffer};

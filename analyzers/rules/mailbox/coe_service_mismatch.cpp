@@ -26,10 +26,14 @@ vendor manuals (byte 7 = 0x20) is wrong.)",
 
 constexpr FindingKind kHeaderBits{
     .name = "header-bits",
-    .title = "CoE header {coe_header}: [PDO number {number}][{!number}reserved bits set] in a message that is no PDO",
+    .title =
+        "CoE header {coe_header}: [PDO number {number} in a message that is no PDO][{!number}reserved bits are set]",
     .message = R"(The CoE header of the message in {frame} is {coe_header} (service {coe_service}).[ It has PDO number
 {number}, which only PDO services have.][ Its reserved bits 9 to 11 have the value {reserved}.])",
-    .next = "Correct the [{?from_master}master][{!from_master}slave]: bits 0 to 11 of the CoE header are 0.",
+    .next =
+        "Correct the [{?from_master}master][{!from_master}slave]: [{?number}bits 0 to 11 of the CoE header are 0 in "
+        "this "
+        "message.][{!number}bits 9 to 11 of the CoE header are 0.]",
     .identity = "coe_header"};
 
 constexpr const FindingKind* kKinds[] = {&kRequest, &kResponse, &kHeaderBits};
@@ -57,8 +61,8 @@ Masters that check the service drop the response. Slaves may ignore the request.
 with service 2 (byte 7 = 0x20). A slave or a test that follows this example is wrong.
 
 ## How it is decided
-All messages of a transfer are evaluated, except aborts: real slaves send them with service 2 or 3. A number or a
-reserved bit is an info: most receivers ignore it.
+All messages of a transfer are evaluated, except aborts: real slaves send them with service 2 or 3. A PDO number
+or reserved bits in the header are an info: most receivers ignore them.
 
 ## Example
 An upload response 0x43 with CoE header 0x2000.

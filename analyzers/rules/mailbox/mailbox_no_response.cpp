@@ -55,10 +55,10 @@ constexpr FindingKind kSlow{
     .title = "Response to the [SDO request for {object}][{!object}{protocol} request] only after {waited_ms}",
     .message =
         R"(The master wrote the [SDO request for {object}][{!object}{protocol} request] in {frame}. {waited_ms} later, in
-{last_poll_frame}, the mailbox was still empty. The response came in {response_frame}.[ The slave sent {others} within
-{usual_ms}.])",
+{last_poll_frame}, the mailbox was still empty. The response came in {response_frame}.[ {others} of this slave took
+at most {usual_ms}.])",
     .next = R"(Give this request a longer time-out, and do not send process data in the task that waits for it.
-[{?may_store}If the slave stores parameters, it may take as long.][{!may_store}Check what the slave does in this time.])",
+[{?may_store}The slave may store parameters, which takes long.][{!may_store}Check what the slave does in this time.])",
     .identity = "protocol object"};
 
 // What happened to the request.
@@ -154,9 +154,14 @@ The request never got a response, and one of these is true:
 - The master gave up earlier, but after at least half of the limit: it sent another request, took the slave to INIT, or
   did not poll for longer than the limit. SOEM gives up after 700 ms.
 
-A late response is a response, however late it is. It has its own kind if the mailbox was still empty when the limit was
-over, and other responses of the slave took a tenth of it at most. Parameters are stored with 1010h and 1011h, which
-takes long, and perhaps with objects of the manufacturer: a write to one of those is an info.
+A late response is a response, however late it is. It is reported as slow-response if all of these hold:
+
+- The mailbox was still empty at the limit.
+- At least 2 other responses of the slave took a tenth of that wait at most.
+- The request is an SDO request, but no download of 1010h, 1011h or 1023h. Other downloads may store parameters, too:
+  for the objects of the manufacturer (2000h to 5FFFh) it is an info.
+
+Further:
 
 - A request that is written after the master requested a state out of INIT, and before AL Status showed it, has its own
   kind: the mailbox was not active yet. If AL Status was not read in between, that is inferred, and only for requests
@@ -244,7 +249,7 @@ class MailboxNoResponse final : public Rule {
       pace.longest_ns = std::max(pace.longest_ns, Elapsed(e.request.frame.time, e.answer.time));
       return;
     }
-    if (!IsStoring(e.request) && pace.slow.size() < kMostSlow) pace.slow.push_back({e, waited_ns});
+    if (IsSdo(e.request) && !IsStoring(e.request) && pace.slow.size() < kMostSlow) pace.slow.push_back({e, waited_ns});
   }
 
   /// The problem may have begun before the capture.
@@ -378,16 +383,19 @@ class MailboxNoResponse final : public Rule {
     return paces_[slave];
   }
 
+  /// Files are stored as they arrive (FoE): that takes long, too.
+  static bool IsSdo(const mailbox::RequestSummary& request) {
+    return request.protocol == mailbox::Protocol::kCoE &&
+           request.operation == static_cast<std::uint8_t>(mailbox::CoeService::kSdoRequest);
+  }
   static bool IsDownload(const mailbox::RequestSummary& request) {
     constexpr unsigned kDownloadInitiate = 1;
-    return request.protocol == mailbox::Protocol::kCoE &&
-           request.operation == static_cast<std::uint8_t>(mailbox::CoeService::kSdoRequest) &&
-           request.command >> 5U == kDownloadInitiate;
+    return IsSdo(request) && request.command >> 5U == kDownloadInitiate;
   }
-  /// Parameters are stored, or set back: that takes long.
+  /// Parameters are stored or set back, or a command is carried out: that takes long.
   static bool IsStoring(const mailbox::RequestSummary& request) {
-    constexpr std::uint16_t kStore = 0x1010, kRestore = 0x1011;
-    return IsDownload(request) && (request.index == kStore || request.index == kRestore);
+    constexpr std::uint16_t kStore = 0x1010, kRestore = 0x1011, kCommand = 0x1023;
+    return IsDownload(request) && (request.index == kStore || request.index == kRestore || request.index == kCommand);
   }
   /// An object of the manufacturer may do so as well.
   static bool MayStore(const mailbox::RequestSummary& request) {

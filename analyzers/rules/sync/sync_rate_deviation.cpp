@@ -44,7 +44,7 @@ constexpr FindingKind kNotLocked{
 {configured_us}. So the frames have moved by {drift_us} against SYNC0. A slave that takes its outputs at SYNC0
 [{?slower}repeats][{!slower}misses] a set point once in {slip_cycles}.)",
     .next = R"(Let the cycle of the master follow the DC time: shift its timer by the phase of 0x0910. If the slave does
-not take its outputs at SYNC0, nothing is lost.)"};
+not take its outputs at SYNC0, it misses no set point.)"};
 
 constexpr const FindingKind* kKinds[] = {&kOff, &kNotLocked};
 
@@ -78,8 +78,8 @@ synchronised, even without jitter.
 - The mean is not evaluated either if most cycles are as long as configured, and pauses of no whole number of cycles
   move it.
 - A deviation of more than a tenth is another cycle, which sync-cycle-mismatch reports.
-- For a slave of which no range is known a warning is reported if SYNC0 is on and the frames have moved by more than
-  half a cycle against it in the capture: their master is not locked. That it takes its outputs at SYNC0 is assumed.
+- If no PLL range is known and SYNC0 is on, the frames may move by half a cycle against it in the capture. More is an
+  inferred warning: the master is not locked. The rule assumes that the slave takes its outputs at SYNC0.
 
 ## Example
 tests/rules/sync-rate-deviation/violates.trace

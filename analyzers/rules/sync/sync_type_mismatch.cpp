@@ -11,6 +11,7 @@
 #include "analyzers/model/object_values.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
+#include "analyzers/sync/sync_type.h"
 #include "decoder/base/bytes.h"
 #include "decoder/mailbox/events.h"
 
@@ -22,8 +23,8 @@ constexpr FindingKind kType{
     .title = "{object} = {type}, but SYNC0 is [{?active}on][{!active}off]",
     .message =
         R"(When {frame} shows OP, {object} (synchronisation type) is {type}, as the master [{?written}wrote][{!written}read]
-in {value_frame}. SYNC0 is [{?active}on][{!active}off] (0x0981 = {activation}). [{?active}So the slave does not take its
-outputs at SYNC0.][{!active}So the pulse that the slave waits for does not come.])",
+in {value_frame}. SYNC0 is [{?active}on][{!active}off] (0x0981 = {activation}). [{?active}With this type a
+slave does not take its outputs at SYNC0.][{!active}With this type a slave waits for a pulse that does not come.])",
     .next =
         R"([{?active}Set {object} to 2 (SYNC0), or leave it to the slave. Without distributed clocks, write 0 to 0x0981.]
 [{!active}Set SYNC0 before OP is requested (0x0990, 0x09A0, 0x0981), or set {object} to 1 (SM event).])",
@@ -32,15 +33,15 @@ constexpr FindingKind kUnsupported{
     .name = "unsupported-type",
     .title = "{object} = {type}: the slave does not list this synchronisation type",
     .message = R"(When {frame} shows OP, {object} is {type}, as the master wrote in {value_frame}. The supported types
-({list}) are {supported}, and that one is not among them.)",
-    .next = "Set {object} to a type that {list} has.",
+({supported_object}) are {supported}, and that one is not among them.)",
+    .next = "Set {object} to a type that {supported_object} lists.",
     .identity = "object"};
 constexpr FindingKind kCycle{
     .name = "cycle",
     .title = "{object} is {value_us}, but SYNC0 comes every {cycle_us}",
     .message =
-        R"(The master wrote a cycle of {value_us} to {object} in {value_frame}. SYNC0 was set to {cycle_us} when {frame}
-showed OP. The slave plans its work for the first one and gets the second one.)",
+        R"(The master wrote a cycle of {value_us} to {object} in {value_frame}. SYNC0 came every {cycle_us} when
+{frame} showed OP. The slave expects a pulse every {value_us}.)",
     .next = "Write one cycle to both: {object} in ns, and 0x09A0.",
     .identity = "object"};
 constexpr FindingKind kCounter{
@@ -82,14 +83,14 @@ constexpr RuleInfo kInfo{.id = "sync-type-mismatch",
   error (1C32h:32).
 
 ## Why it matters
-A slave of type "SYNC0" without pulses does not output anything, or falls with 0x001A or 0x002C. A slave of type "SM
-event" with SYNC0 on outputs when the frame comes: all jitter of the master goes to the axis. The counters are the
-slave's own record of its cycles.
+A slave of type "SYNC0" without pulses does not output anything, or drops to SAFEOP with AL status code 0x001A or
+0x002C. A slave of type "SM event" outputs when the frame comes, also if SYNC0 is on: all jitter of the master goes to
+the axis. The counters are the slave's own record of its cycles.
 
 ## How it is decided
-- When the slave reaches OP, the last value counts that was written, or that was read after SYNC0 was set. Slaves change
-  the type themselves when SYNC0 is switched on: what was read before shows nothing.
-- A slave reached OP with it, so it may not use the object: the finding is inferred.
+- The value that counts is the last one before OP that the master wrote, or read after SYNC0 was set. Slaves change the
+  type themselves when SYNC0 is switched on: what was read before shows nothing.
+- The slave reached OP with the type and the cycle and may not use the object: such findings are inferred.
 - With SYNC0 on and 1C32h:1 not in the capture, the rule is not evaluated.
 - A counter has to rise between two reads in OP. What it counted before the first one may be old.
 - A refusal because of the type belongs to al-refused.
@@ -101,8 +102,7 @@ tests/rules/sync-type-mismatch/violates.trace
 Take the type, the cycle and AssignActivate from one operation mode (OpMode) of the ESI file.
 )"};
 
-constexpr std::array<std::uint16_t, 2> kObjects{0x1C32, 0x1C33};
-constexpr std::uint8_t kTypeEntry = 1, kCycleEntry = 2, kSupportedEntry = 4, kErrorEntry = 32;
+constexpr std::uint8_t kCycleEntry = 2, kSupportedEntry = 4, kErrorEntry = 32;
 
 constexpr Word kTypeOfOutputs{"sync-type", "the synchronisation type (1C32h:1)"};
 
@@ -118,48 +118,6 @@ constexpr std::array<Counter, 3> kCounters{{
     {13, {"short-shifts", "shift times that are too short"}, "shift"},
 }};
 
-enum Type : std::uint64_t {
-  kFreeRun = 0,
-  kSmEvent = 1,
-  kSync0 = 2,
-  kSync1 = 3,
-  kSmEventOfInputs = 0x22,
-};
-
-std::string_view MeaningOf(std::uint64_t type) {
-  switch (type) {
-    case kFreeRun:
-      return "free run";
-    case kSmEvent:
-    case kSmEventOfInputs:
-      return "SM event";
-    case kSync0:
-      return "SYNC0";
-    default:
-      return "SYNC1";
-  }
-}
-
-bool IsKnown(std::uint64_t type) {
-  return type <= kSync1 || type == kSmEventOfInputs;
-}
-
-/// Bits 0 and 1 of the supported types, and the number in bits 2 to 4: bit 0 of it is SYNC0, bit 1 SYNC1.
-bool Supports(std::uint64_t supported, std::uint64_t type) {
-  const std::uint64_t dc = supported >> 2U & 7U;
-  switch (type) {
-    case kFreeRun:
-      return (supported & 1U) != 0;
-    case kSmEvent:
-    case kSmEventOfInputs:
-      return (supported & 2U) != 0;
-    case kSync0:
-      return dc != 0;
-    default:
-      return dc > 1;
-  }
-}
-
 class SyncTypeMismatch final : public Rule {
  public:
   SyncTypeMismatch() : Rule(kInfo) {
@@ -172,10 +130,10 @@ class SyncTypeMismatch final : public Rule {
     if (!reached || e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
     const auto& activation = context().sync().dc(e.slave).activation();
     const bool by_pulse = activation && activation->sync0();
-    if (by_pulse && ValueOf(e.slave, kObjects[0], kTypeEntry) == nullptr) {
+    if (by_pulse && ValueOf(e.slave, sync::kSyncObjects[0], sync::kSyncTypeEntry) == nullptr) {
       NotEvaluable(e.slave, ReasonCode::kNotRead, kTypeOfOutputs, e.frame.number);
     }
-    for (const std::uint16_t object : kObjects) {
+    for (const std::uint16_t object : sync::kSyncObjects) {
       if (activation) CheckType(e, object, *activation);
       CheckSupported(e, object);
       CheckCycle(e, object);
@@ -186,7 +144,7 @@ class SyncTypeMismatch final : public Rule {
   void On(const mailbox::SdoTransfer& e) {
     const bool upload = e.service == mailbox::SdoService::kUpload && e.outcome == mailbox::SdoOutcome::kCompleted;
     if (!upload || !e.has_object || e.complete_access || e.data.empty() || e.data.size() > 4) return;
-    if (e.index != kObjects[0] && e.index != kObjects[1]) return;
+    if (e.index != sync::kSyncObjects[0] && e.index != sync::kSyncObjects[1]) return;
     if (!context().slave(e.slave).al.SettledIn(esc::AlState::OP)) return;
     const std::uint64_t value = UnsignedOf(e.data);
     if (e.subindex == kErrorEntry && (value & 1U) != 0) ReportError(e);
@@ -217,35 +175,40 @@ class SyncTypeMismatch final : public Rule {
   }
 
   void CheckType(const model::AlAnswered& e, std::uint16_t object, const esc::SyncActivation& activation) {
-    const model::ObjectValue* type = ValueOf(e.slave, object, kTypeEntry);
-    if (type == nullptr || !IsKnown(type->raw)) return;
+    const model::ObjectValue* type = ValueOf(e.slave, object, sync::kSyncTypeEntry);
+    if (type == nullptr || !sync::IsKnownSyncType(type->raw)) return;
     const bool after = type->since > context().sync().dc(e.slave).activation_changed();
     if (!type->written && !after) return;
-    const bool by_pulse = type->raw == kSync0 || type->raw == kSync1;
+    const bool by_pulse = sync::NeedsPulses(static_cast<sync::SyncType>(type->raw));
     const bool active = activation.sync0();
     // Inputs may follow the outputs, or be read whenever: that is no fault while SYNC0 is on.
-    if (by_pulse == active || (active && object != kObjects[0])) return;
-    if (Repeat(e.slave, KeyOf(0, object, kTypeEntry), e.frame) != kNoFinding) return;
-    Finding finding = FindingOf(kType, e.slave, e.frame, object, kTypeEntry, *type);
-    finding.Set("type", arg::Number(static_cast<std::int64_t>(type->raw), MeaningOf(type->raw)))
+    if (by_pulse == active || (active && object != sync::kSyncObjects[0])) return;
+    if (Repeat(e.slave, KeyOf(0, object, sync::kSyncTypeEntry), e.frame) != kNoFinding) return;
+    Finding finding = FindingOf(kType, e.slave, e.frame, object, sync::kSyncTypeEntry, *type);
+    finding
+        .Set("type",
+             arg::Number(static_cast<std::int64_t>(type->raw), sync::Name(static_cast<sync::SyncType>(type->raw))))
         .Set("written", arg::Flag(type->written))
         .Set("active", arg::Flag(active))
         .Set("activation", arg::Hex(activation.raw, 2));
-    Report(KeyOf(0, object, kTypeEntry), std::move(finding));
+    Report(KeyOf(0, object, sync::kSyncTypeEntry), std::move(finding));
   }
 
   void CheckSupported(const model::AlAnswered& e, std::uint16_t object) {
-    const model::ObjectValue* type = ValueOf(e.slave, object, kTypeEntry);
+    const model::ObjectValue* type = ValueOf(e.slave, object, sync::kSyncTypeEntry);
     const model::ObjectValue* supported = ValueOf(e.slave, object, kSupportedEntry);
-    if (type == nullptr || !type->written || supported == nullptr || !IsKnown(type->raw)) return;
-    if (supported->raw == 0 || Supports(supported->raw, type->raw)) return;
-    if (Repeat(e.slave, KeyOf(1, object, kTypeEntry), e.frame) != kNoFinding) return;
-    Finding finding = FindingOf(kUnsupported, e.slave, e.frame, object, kTypeEntry, *type);
-    finding.Set("type", arg::Number(static_cast<std::int64_t>(type->raw), MeaningOf(type->raw)))
-        .Set("list", arg::Object(object, kSupportedEntry))
+    if (type == nullptr || !type->written || supported == nullptr) return;
+    if (!sync::IsKnownSyncType(type->raw) || supported->raw == 0) return;
+    if (sync::SupportsSyncType(supported->raw, static_cast<sync::SyncType>(type->raw))) return;
+    if (Repeat(e.slave, KeyOf(1, object, sync::kSyncTypeEntry), e.frame) != kNoFinding) return;
+    Finding finding = FindingOf(kUnsupported, e.slave, e.frame, object, sync::kSyncTypeEntry, *type);
+    finding
+        .Set("type",
+             arg::Number(static_cast<std::int64_t>(type->raw), sync::Name(static_cast<sync::SyncType>(type->raw))))
+        .Set("supported_object", arg::Object(object, kSupportedEntry))
         .Set("supported", arg::Hex(supported->raw, 4));
     AddRelated(finding, supported->since);
-    Report(KeyOf(1, object, kTypeEntry), std::move(finding));
+    Report(KeyOf(1, object, sync::kSyncTypeEntry), std::move(finding));
   }
 
   void CheckCycle(const model::AlAnswered& e, std::uint16_t object) {

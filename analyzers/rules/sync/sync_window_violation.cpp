@@ -24,8 +24,8 @@ constexpr double kOtherRhythm = 0.1;
 /// Frames are as far apart as their intervals within this part of a cycle.
 constexpr double kInPlace = 0.125;
 
-/// Of a slave that may not need one frame in each interval: from this number of misses on, if they are this share of the
-/// intervals, and if those without a frame and those with two differ by at most this share of the misses.
+/// Of a slave that may not need one frame in each interval: from this number of misses on, if they are this share of
+/// the intervals, and if those without a frame and those with two differ by at most this share of the misses.
 constexpr std::uint64_t kManyMissed = 20;
 constexpr std::uint64_t kMissedOneIn = 100;
 constexpr std::uint64_t kUnbalancedOneIn = 4;
@@ -154,10 +154,10 @@ With SYNC0:
 - SYNCACT counts in OP with SYNC0 on, after PLLTHRESH cycles if that is known. SYNCDIST and SYNCWND come from SDO
   transfers or from --parameter. The AKD manuals do not print these objects: they are those of the MKD, and the finding
   is inferred.
-- One interval is an error only for families that are known to synchronise this way. For any other slave a warning
-  is reported if at least 20 intervals, and one in a hundred, have 0 or 2 frames. The numbers of both kinds differ by a
-  quarter at most: frames that are meant for each interval come late. If one kind prevails, the master has another cycle
-  or a second task.
+- One interval is an error only for families that are known to synchronise this way.
+- For any other slave at least 20 intervals, and 1 in 100, must have 0 or 2 frames. The numbers of both kinds must
+  differ by a quarter at most, as they do when frames come late. Else the master has another cycle or a second task, and
+  nothing is reported. The finding is a warning.
 
 Without SYNC0:
 
