@@ -13,6 +13,7 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
+#include "analyzers/sync/sync_type.h"
 #include "decoder/base/time.h"
 #include "decoder/esc/al.h"
 #include "decoder/process/pdo_mapping.h"
@@ -222,7 +223,8 @@ bool IsErrorOfDownload(const Finding& cause) {
 /// The slave refused a synchronisation mode or cycle: 1C32h, 1C33h, 60C2h.
 bool SyncSettingRefused(const Finding&, const Finding& cause) {
   const auto index = NumberOf(cause, "index");
-  return IsErrorOfDownload(cause) && (index == 0x1C32 || index == 0x1C33 || index == 0x60C2);
+  return IsErrorOfDownload(cause) &&
+         (index == sync::kSyncObjects[0] || index == sync::kSyncObjects[1] || index == 0x60C2);
 }
 
 /// The detected modules are not the configured ones.

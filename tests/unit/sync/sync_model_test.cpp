@@ -57,6 +57,42 @@ TEST(SyncModel, TheTimeOfAFrameMayStandBehindItsProcessData) {
   }
 }
 
+/// 100 frames with process data. The master sends every 1 ms, `late_us` later each second time; the stamps show
+/// `stamped_us` of that; they return after `trip_us`, `longer_us` later each second time.
+CycleSummary CycleOf(int late_us, int stamped_us, int trip_us, int longer_us) {
+  std::string text = kInOp;
+  int stamp_us = 4'000;
+  for (int i = 0; i < 100; ++i) {
+    const int odd = i % 2;
+    const int at_us = 10'000 + 1'000 * i + odd * stamped_us;
+    const std::string time =
+        Hex8(1'000'000'000'000 + std::uint64_t(i) * 1'000'000 + std::uint64_t(odd * late_us) * 1'000);
+    text += "+" + std::to_string(at_us - stamp_us) + "us LRW 0x10000 01 00 -> 00 00 wkc=3 & FRMW 0x1001:0x0910" + time +
+            " wkc=1 rtt=" + std::to_string(trip_us + odd * longer_us) + "us\n";
+    stamp_us = at_us;
+  }
+  return AnalyseText(text).bus.cycle;
+}
+
+TEST(SyncModel, DifferencesBetweenCyclesHaveTheirOrigin) {
+  const auto master = CycleOf(100, 100, 30, 0).origins;
+  ASSERT_TRUE(master && master->recorder_us);
+  EXPECT_NEAR(master->master_us, 200, 1) << "900 us and 1,100 us take turns";
+  EXPECT_NEAR(master->ShareOf(master->master_us), 100, 1);
+  EXPECT_NEAR(master->round_trip_us, 30, 0.1);
+
+  const auto recorder = CycleOf(0, 100, 30, 0).origins;
+  ASSERT_TRUE(recorder && recorder->recorder_us);
+  EXPECT_NEAR(recorder->ShareOf(*recorder->recorder_us), 100, 1);
+  EXPECT_NEAR(*recorder->recorder_us, 200, 1);
+
+  const auto way = CycleOf(0, 0, 30, 60).origins;
+  ASSERT_TRUE(way);
+  EXPECT_NEAR(way->ShareOf(way->return_us), 100, 1);
+  EXPECT_NEAR(way->return_us, 60, 1);
+  EXPECT_NEAR(way->longest_round_trip_us, 90, 0.1);
+}
+
 /// Process data every millisecond, 30 us on their way; the first frame number of each exchange is that of its sending.
 std::vector<Packet> EveryMillisecond(int exchanges) {
   Trace trace = *Trace::Parse(kInOp);
