@@ -86,6 +86,11 @@ Value AxisRule::ObjectOf(std::int64_t index) const {
   return arg::Object(object, 0);
 }
 
+std::string AxisRule::UnitOf(std::uint16_t index) const {
+  const model::Signal* const signal = context().slave(slave_).process.tx().Find(model::ObjectOfAxis(index, axis_), 0);
+  return signal != nullptr ? signal->unit : std::string();
+}
+
 Value AxisRule::ModeOf(std::int64_t mode) const {
   const device::DeviceDescription& family = *context().slave(slave_).profile;
   const auto value = static_cast<std::int8_t>(mode);

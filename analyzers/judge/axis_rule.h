@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 
 #include "analyzers/judge/rule.h"
@@ -34,6 +35,8 @@ class AxisRule : public Rule {
   /// The object of CiA 402 with its name, as the axis at hand has it.
   [[nodiscard]] Value ObjectOf(std::int64_t index) const;
   [[nodiscard]] Value ModeOf(std::int64_t mode) const;
+  /// The unit of an object of the axis at hand in the inputs; empty: not mapped, or not known.
+  [[nodiscard]] std::string UnitOf(std::uint16_t index) const;
 
  private:
   void ReportOf(SlaveId slave, std::uint8_t number, const progress::AxisWatch& axis, const progress::AxisRecord& record,

@@ -21,6 +21,8 @@
 namespace ecaudit {
 namespace {
 
+/// The cause may begin after the effect, while that lasts (Finding::until).
+constexpr TimeNs kWhileItLasts = -2;
 constexpr TimeNs kSoon = 100'000'000;
 constexpr TimeNs kLater = 10'000'000'000;
 constexpr std::int64_t kWatchdog = 0x1B;  // AL status code
@@ -337,10 +339,20 @@ bool NeedsFault(const RuleContext&, const Finding& effect) {
   return effect.kind != nullptr && (effect.kind->name == "fault-stays" || effect.kind->name == "reset-missing");
 }
 
+/// The drive was in Fault when the capture shows it first, and leaves it no more.
+bool IsFaultThatStays(const RuleContext&, const Finding& effect) {
+  return effect.kind != nullptr && effect.kind->name == "already-in-fault" && effect.until == Finding::kCaptureEnds;
+}
+
+/// The reset of that axis has no edge: that is what the master can correct.
+bool IsResetWithoutEdge(const Finding& effect, const Finding& cause) {
+  return effect.axis == cause.axis && cause.kind != nullptr && cause.kind->name == "reset-without-edge";
+}
+
 /// `effect` follows from `cause` of the same slave, or of the bus.
 struct Law {
   std::string_view effect, cause;
-  TimeNs within = 0;  ///< after the cause's last frame; < 0: however long after it began
+  TimeNs within = 0;  ///< after the cause's last frame; < 0: however long after it began, or kWhileItLasts
   bool (*holds)(const RuleContext&, const Finding& effect) = nullptr;  ///< further condition on the effect
   Bus of_bus = Bus::kNo;
   bool (*fits)(const Finding& effect, const Finding& cause) = nullptr;  ///< condition on both
@@ -411,6 +423,7 @@ constexpr std::array kLaws{
     Law{"wkc-never-right", "fmmu-mismatch", -1},
     Law{"wkc-never-right", "sm-process-config", -1},
     Law{"drive-no-reaction", "drive-not-enabled", -1, nullptr, Bus::kNo, Overlaps},
+    Law{"drive-fault", "drive-not-enabled", kWhileItLasts, IsFaultThatStays, Bus::kNo, IsResetWithoutEdge, true},
     Law{"drive-not-enabled", "drive-fault", -1, NeedsFault, Bus::kNo, Overlaps},
     Law{"drive-not-enabled", "drive-illegal-command", -1, nullptr, Bus::kNo, Overlaps},
     Law{"drive-mode-not-shown", "pdo-object-type", -1},
@@ -483,7 +496,8 @@ void JoinConsequences(RuleContext& context) {
         const bool weaker = cause.severity == Severity::kWarning && IsError(effect) && !law.by_warning;
         if (cause.severity == Severity::kInfo || weaker) continue;
         // What began when the effect was over did not bring it.
-        if (law.within < 0 && BegunBy(cause) > effect.last.number) continue;
+        const FrameNo over = law.within == kWhileItLasts ? effect.until : effect.last.number;
+        if (law.within < 0 && BegunBy(cause) > over) continue;
         if (law.within >= 0 && !Follows(context, effect.slave, moment, cause, law.within)) continue;
         if (law.fits != nullptr && !law.fits(effect, cause)) continue;
         if (LeadsTo(findings, c, e)) continue;

@@ -31,7 +31,8 @@ struct AxisView {
 
   std::optional<std::uint16_t> status;
   std::optional<device::DriveState> state, state_before;
-  bool state_changed = false;  ///< in this step; state_before is the last one that was known
+  bool state_changed = false;      ///< in this step; state_before is the last one that was known
+  bool error_bit_differs = false;  ///< bit 13 has a meaning of the family, which device-fault-bit reports
   FrameRef state_since;
 
   std::optional<std::int8_t> mode_by_sdo;  ///< 6060h as a download wrote it last

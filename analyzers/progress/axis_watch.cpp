@@ -22,16 +22,13 @@ void AxisWatch::SetDrive(const device::DriveProfile* drive) {
   if (drive_ == drive) return;
   drive_ = drive;
   reserved_control_mask_ = level_mask_ = level_ = 0;
+  now_.error_bit_differs = false;
   if (drive == nullptr) return;
-  const auto mask = [](const std::vector<device::WordBit>& bits) {
-    unsigned reserved = 0;
-    for (const device::WordBit& bit : bits) {
-      if (bit.name == "reserved") reserved |= 1U << bit.bit;
-    }
-    return static_cast<std::uint16_t>(reserved);
-  };
-  reserved_control_mask_ = mask(drive->control_bits);
+  for (const device::WordBit& bit : drive->control_bits) {
+    reserved_control_mask_ = static_cast<std::uint16_t>(reserved_control_mask_ | bit.reserved);
+  }
   for (const device::WordBit& bit : drive->status_bits) {
+    if (bit.bit == kErrorBit && bit.sign != device::BitSign::kNone) now_.error_bit_differs = true;
     if (!bit.level) continue;
     level_mask_ = static_cast<std::uint16_t>(level_mask_ | 1U << bit.bit);
     if (*bit.level != 0) level_ = static_cast<std::uint16_t>(level_ | 1U << bit.bit);
@@ -43,17 +40,15 @@ void AxisWatch::NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16
     reserved = {static_cast<std::uint16_t>(word & mask), word, frame, std::nullopt};
 }
 
-/// Bits 4 to 6, in a mode that the drive shows and works in: before it may be another one.
+/// Bits 4 to 6, in a mode that the drive shows and works in: before it may be another one. A control word may come in
+/// one frame with another mode, which counts then.
 void AxisWatch::NoteReservedOfMode(std::uint16_t word, const FrameRef& frame) {
   const bool works = now_.in_op == InOp::kYes && now_.enabled() && now_.mode_shown;
   if (drive_ == nullptr || reserved_control_.bits != 0 || !works) return;
   if (now_.mode_asked().value_or(*now_.mode_shown) != *now_.mode_shown) return;
   for (const device::ModeBits& row : drive_->mode_bits) {
     if (row.mode != *now_.mode_shown) continue;
-    unsigned mask = 0;
-    unsigned bit = kStartBit;
-    for (const std::string* use : {&row.bit4, &row.bit5, &row.bit6}) mask |= (*use == "reserved" ? 1U : 0U) << bit++;
-    NoteReserved(reserved_control_, static_cast<std::uint16_t>(mask), word, frame);
+    NoteReserved(reserved_control_, row.reserved, word, frame);
     if (reserved_control_.bits != 0) reserved_control_.mode = row.mode;
   }
 }
@@ -119,11 +114,13 @@ void AxisWatch::TakeCollected() {
 
 void AxisWatch::TakeOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
   Side(slave);
+  const std::optional<std::uint16_t> before = now_.control;
   if (values[Role::kControl]) {
     now_.control_mapped = true;
     TakeControl(*values[Role::kControl], frame);
   }
   TakeModes(values, frame);
+  if (now_.control && now_.control != before) NoteReservedOfMode(*now_.control, frame);
   for (std::size_t i = 0; i < kTargets.size(); ++i) {
     if (!values[kTargets[i]]) continue;
     outputs_changed_ = outputs_changed_ || now_.target[i] != values[kTargets[i]];
@@ -178,7 +175,9 @@ void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameR
       if (now_.control_mapped) {
         GetChecks().enable.OnSdoControl(now_, static_cast<std::uint16_t>(value), frame);
       } else {
+        const std::optional<std::uint16_t> before = now_.control;
         TakeControl(value, frame);
+        if (now_.control != before) NoteReservedOfMode(*now_.control, frame);
         Step(frame);
       }
       return;
@@ -237,7 +236,6 @@ void AxisWatch::TakeControl(std::int64_t word, const FrameRef& frame) {
   control_seen_ = true;
   seen_in_op_ = seen_in_op_ || now_.in_op == InOp::kYes;
   if (now_.in_op == InOp::kYes) NoteReserved(reserved_control_, reserved_control_mask_, value, frame);
-  if (now_.control != value) NoteReservedOfMode(value, frame);
   if (!now_.control) {
     now_.control_first = true;
     now_.control_since = frame;
@@ -344,6 +342,7 @@ void AxisWatch::Forget() {
   AxisView fresh;
   fresh.control_mapped = now_.control_mapped;
   fresh.limits = now_.limits;
+  fresh.error_bit_differs = now_.error_bit_differs;
   fresh.target_mapped = now_.target_mapped;
   now_ = fresh;
   last_state_.reset();

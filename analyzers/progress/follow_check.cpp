@@ -118,6 +118,7 @@ void FollowCheck::Homing(const AxisView& now, AxisRecords& out) {
 }
 
 void FollowCheck::Bits(const AxisView& now, AxisRecords& out) {
+  if (now.error_bit_differs) return;
   const bool homing = *mode_ == kHoming;
   const AxisFact fact = homing ? AxisFact::kHomingError : AxisFact::kFollowingError;
   const bool error = (homing || HasFollowingError(*mode_)) && now.Status(kErrorBit);
@@ -212,9 +213,11 @@ bool FollowCheck::Report(AxisFact fact, Lasting& lasting, bool holds, TimeNs lim
   return true;
 }
 
-void FollowCheck::Slow::Step(std::int64_t actual, const std::optional<std::int64_t>& position, const FrameRef& frame) {
+void FollowCheck::Slow::Step(std::int64_t target, std::int64_t actual, const std::optional<std::int64_t>& position,
+                             const FrameRef& frame) {
   constexpr std::int64_t kShareOfNoise = 4;
   steps.Step(actual);
+  keeps_sign = keeps_sign && Magnitude(actual) >= kLeastVelocity && (actual > 0) == (target > 0);
   if (!from) from = position;
   const std::int64_t noise = std::max(kLeastVelocity, Magnitude(level) / kShareOfNoise);
   if (level_since.seen() && Magnitude(Bounded(actual) - level) <= noise) return;
@@ -225,6 +228,11 @@ void FollowCheck::Slow::Step(std::int64_t actual, const std::optional<std::int64
 bool FollowCheck::Slow::IsSteady(const FrameRef& frame) const {
   return Magnitude(level) >= kLeastVelocity && level_since.has_time && frame.has_time &&
          Elapsed(level_since.time, frame.time) >= kStillNs;
+}
+
+bool FollowCheck::Slow::Turns(const FrameRef& frame) const {
+  // What only grows is a ramp: it is not over.
+  return IsSteady(frame) || (keeps_sign && !steps.one_way);
 }
 
 /// A velocity mode has ramps, or the load has: what counts is a value that does not come nearer to its target.
@@ -244,7 +252,7 @@ void FollowCheck::Velocity(const AxisView& now, AxisRecords& out) {
   const bool slow = asked && Magnitude(*actual) * kShare < Magnitude(*target);
   const auto& position = now.Actual(Quantity::kPosition);
   if (!slow_.active()) slow_window_ = {};
-  if (slow) slow_window_.Step(*actual, position, now.frame);
+  if (slow) slow_window_.Step(*target, *actual, position, now.frame);
   if (stood_ && goal_ != *target) stood_ = false;
   if (asked && !slow && (*actual > 0) == (*target > 0)) {
     Follows(now.frame);
@@ -262,7 +270,7 @@ void FollowCheck::Velocity(const AxisView& now, AxisRecords& out) {
   };
   const TimeNs slow_for = slow_.Hold(slow, now.frame);
   const bool turns = slow_window_.from && position && Magnitude(Apart(*slow_window_.from, *position)) >= kLeastTravel;
-  const bool scaled = now.zero_limit == 0 && !position && slow_window_.IsSteady(now.frame);
+  const bool scaled = now.zero_limit == 0 && !position && slow_window_.Turns(now.frame);
   // A ramp in another unit goes one way, and noise around 0 does not.
   const bool ramps =
       now.zero_limit == 0 && !scaled && slow_window_.steps.one_way && Magnitude(*actual) >= kLeastVelocity;

@@ -63,10 +63,14 @@ class FollowCheck {
     std::int64_t level = 0;            ///< the velocity that it keeps, apart from noise ...
     FrameRef level_since;              ///< ... since then
     Steps steps;
+    bool keeps_sign = true;  ///< it had the direction of the target all the time, and was not near 0
 
-    void Step(std::int64_t actual, const std::optional<std::int64_t>& position, const FrameRef& frame);
+    void Step(std::int64_t target, std::int64_t actual, const std::optional<std::int64_t>& position,
+              const FrameRef& frame);
     /// It keeps a velocity that is not 0: an axis at rest shows noise around 0.
     [[nodiscard]] bool IsSteady(const FrameRef& frame) const;
+    /// The axis may turn, though its velocity in this unit is far below the target.
+    [[nodiscard]] bool Turns(const FrameRef& frame) const;
   };
 
   void Follows(const FrameRef& frame);

@@ -100,6 +100,7 @@ struct WordBit {
   std::string meaning;
   std::optional<std::uint8_t> level;  ///< the manual binds the bit to this level
   BitSign sign = BitSign::kNone;      ///< of the status word: 1 shows it, beside the states
+  std::uint16_t reserved = 0;         ///< the bit as a mask if the manual calls it reserved; else 0
   std::string note;
   std::string source;
 };
@@ -111,6 +112,7 @@ struct ModeBits {
   std::string bit4;
   std::string bit5;
   std::string bit6;
+  std::uint16_t reserved = 0;  ///< those of the three bits that the manual calls reserved in this mode
   std::string note;
   std::string source;
 };

@@ -15,6 +15,24 @@ namespace {
 constexpr std::array<std::pair<std::string_view, std::uint8_t>, 5> kCommandBits = {
     {{"bit7", 7}, {"bit3", 3}, {"bit2", 2}, {"bit1", 1}, {"bit0", 0}}};
 
+/// "reserved", "Reserved", "reserved (0)": how manuals print it, apart from a use that only begins with the same
+/// letters.
+bool IsReserved(std::string_view text) {
+  constexpr std::string_view kReserved = "reserved";
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  if (text.size() < kReserved.size()) return false;
+  for (std::size_t i = 0; i < kReserved.size(); ++i) {
+    if (lower(text[i]) != kReserved[i]) return false;
+  }
+  if (text.size() == kReserved.size()) return true;
+  const char next = lower(text[kReserved.size()]);
+  return (next < 'a' || next > 'z') && next != '_';
+}
+
+std::uint16_t ReservedBit(std::string_view text, unsigned bit) {
+  return static_cast<std::uint16_t>(IsReserved(text) ? 1U << bit : 0U);
+}
+
 }  // namespace
 
 static void Read(const Cursor& cursor, DriveState& out) {
@@ -115,6 +133,7 @@ static void Read(const Cursor& cursor, WordBit& out) {
   object.Allow("sign", out.sign);
   FinishRow(object, cursor, out.note, out.source);
   if (!cursor.failed() && out.bit > 15) cursor.Fail("\"bit\" is none of a word");
+  if (!cursor.failed()) out.reserved = ReservedBit(out.name, out.bit);
   if (!cursor.failed() && out.level.value_or(0) > 1) cursor.Fail("\"level\" is neither 0 nor 1");
 }
 
@@ -126,6 +145,8 @@ static void Read(const Cursor& cursor, ModeBits& out) {
   object.Allow("bit5", out.bit5);
   object.Allow("bit6", out.bit6);
   FinishRow(object, cursor, out.note, out.source);
+  out.reserved =
+      static_cast<std::uint16_t>(ReservedBit(out.bit4, 4) | ReservedBit(out.bit5, 5) | ReservedBit(out.bit6, 6));
 }
 
 static void Read(const Cursor& cursor, OperationMode& out) {

@@ -21,9 +21,8 @@ namespace {
 constexpr FindingKind kRefused{
     .name = "refused",
     .title =
-        "[{?reason}{requested} refused with {al_status_code:number}: [{?reason_inferred}maybe "
-        "]{reason}][{!reason}{requested} "
-        "refused[ in {state_before}][ with AL status code {al_status_code}]]",
+        R"([{?reason}{requested} refused with {al_status_code:number}: [{?reason_inferred}maybe
+]{reason}][{!reason}{requested} refused[ in {state_before}][ with AL status code {al_status_code}]])",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. From {frame} on AL Status is {al_status:number} ({al_status}).[ The AL status code (0x0134) is
 {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the slave
@@ -74,11 +73,10 @@ constexpr NoteKind kNoEdge{
     .text =
         "Bit 4 of AL Control was already 1 before the acknowledge ({al_control_before}, then {al_control}). The slave "
         "acknowledges at the positive edge of bit 4 ({source}): write 0 to it first."};
-constexpr NoteKind kOtherResult{.name = "other-result",
-                                .text =
-                                    "After {al_status_code} the state should be \"{result}\" ({source}), but AL Status "
-                                    "shows {state_now}. The state "
-                                    "before was {state_before}."};
+constexpr NoteKind kOtherResult{
+    .name = "other-result",
+    .text = R"(The manual ({source}) gives the result "{result}" for {al_status_code}. AL Status shows {state_now}; the
+state before was {state_before}.)"};
 constexpr NoteKind kMayBeOlder{
     .name = "error-may-be-older",
     .text =

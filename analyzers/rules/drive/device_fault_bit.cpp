@@ -8,6 +8,7 @@
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/model/drive_events.h"
 #include "analyzers/model/process_image.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/objects/object_words.h"
@@ -18,8 +19,6 @@ namespace ecaudit::device_fault_bit {
 namespace {
 
 using device::BitSign;
-
-constexpr std::uint16_t kStatusWord = 0x6041;
 
 /// One bit that shows a fault or a warning.
 struct Sign {
@@ -42,7 +41,7 @@ void ForEachSign(const device::DeviceDescription& family, Visit visit) {
   if (!family.drive) return;
   for (const device::WordBit& row : family.drive->status_bits) {
     if (row.sign == BitSign::kNone) continue;
-    visit(Sign{kStatusWord, 0, row.bit, row.sign, row.name, row.meaning, row.source});
+    visit(Sign{model::kStatusWord, 0, row.bit, row.sign, row.name, row.meaning, row.source});
   }
 }
 
@@ -58,8 +57,8 @@ constexpr FindingKind kSet{
     .message =
         R"([{?first}Bit {bit} of {object} is already 1 when the capture shows it first, in {frame} ({value}).][{!first}Bit
 {bit} of {object} changes to 1 in {frame} ({value}).] By the manual ({source}) it shows: {name}[ ({meaning})].[
-{reason_object}, read in {reason_frame}, reports {reason}.][{!reason} The capture does not show which number it is.][ The
-bit is 0 again in {gone_frame}.])",
+{reason_object}, read in {reason_frame}, reports {reason}.][{!reason} The number of the fault or warning is not in the
+capture.][ The bit is 0 again in {gone_frame}.])",
     .next =
         "[{!reason}Read [{read_object}][{!read_object}1003h:1] from the device. ]Find the number in its manual, and "
         "remove the cause.",
@@ -86,14 +85,16 @@ Bits that the manual of the family calls a sign of a fault or a warning, beside 
 - The status word of Pilz drives has bit 8 (position error) and bit 13 (homing error).
 
 ## Why it matters
-The supply of all drives of a string is in a fault, and none of them shows the reason. Or a homing has failed, and the
-drive stays enabled.
+An MKD-C supplies all drives of a string. None of them shows why it is in a fault. Or a homing has failed, and the drive
+stays enabled.
 
 ## How it is decided
 - The bit changes to 1, or is 1 when the capture shows it first: in inputs that the slave gave, or in the answer to an
   upload.
 - A fault is an error, a warning is an info. A bit that stands for both is a warning.
 - A number that the master reads while the bit is 1 is the reason (MKD-C 2001h: 562 is F562, 2000h: 501 is n501).
+- An answer by SDO does not count if newer inputs hold the same object: the slave may have prepared the answer before.
+- The frame in which the bit is 0 again is that of its last occurrence. After a capture gap it is not known.
 
 ## Example
 tests/rules/device-fault-bit/violates.trace
@@ -121,6 +122,7 @@ class DeviceFaultBit final : public Rule {
     Placed& placed = placed_[part.slave];
     if (placed.serial != part.serial || placed.family != part.model->profile) Place(placed, part);
     if (placed.places.empty() || cycle.exchange != model::Exchange::kYes || !cycle.has_data()) return;
+    placed.newest = cycle.frame().number;
     for (Placed::One& one : placed.places) {
       const model::ImagePart::Place& place = one.place;
       const auto value = cycle.Value(place);
@@ -137,9 +139,11 @@ class DeviceFaultBit final : public Rule {
     const bool read = t.service == mailbox::SdoService::kUpload && t.outcome == mailbox::SdoOutcome::kCompleted;
     if (!read || !t.has_object || t.complete_access || t.data_gap || t.data.empty() || t.data.size() > 8) return;
     const device::DeviceDescription& family = *context().slave(t.slave).profile;
-    Evaluate({t.slave, t.index, t.subindex, UnsignedOf(t.data), static_cast<std::uint16_t>(8 * t.data.size()),
-              ConfidenceOf(t.certainty)},
-             family, t.response);
+    if (!InputsAreNewer(t)) {
+      Evaluate({t.slave, t.index, t.subindex, UnsignedOf(t.data), static_cast<std::uint16_t>(8 * t.data.size()),
+                ConfidenceOf(t.certainty)},
+               family, t.response);
+    }
     AddReason(t, family);
   }
 
@@ -163,11 +167,17 @@ class DeviceFaultBit final : public Rule {
   struct Placed {
     std::uint64_t serial = 0;
     const device::DeviceDescription* family = nullptr;
+    FrameNo newest = 0;  ///< frame that brought them last
     struct One {
       model::ImagePart::Place place;
       std::optional<std::uint64_t> last;  ///< value in the frame before
     };
     std::vector<One> places;
+  };
+  /// The finding of one bit, for all times at which it was 1.
+  struct Episode {
+    FindingIndex finding = kNoFinding;
+    bool open = false;  ///< the bit is still 1
   };
   using Key = std::pair<SlaveId, std::uint64_t>;
 
@@ -177,19 +187,34 @@ class DeviceFaultBit final : public Rule {
 
   void Forget() {
     last_.clear();
+    for (auto& [key, episode] : episodes_) episode.open = false;
     for (Placed& placed : placed_) {
       for (Placed::One& one : placed.places) one.last.reset();
     }
   }
 
   static void Place(Placed& placed, const model::ImagePart& part) {
-    placed = {part.serial, part.model->profile, {}};
+    placed = {part.serial, part.model->profile, 0, {}};
     ForEachSign(*part.model->profile, [&](const Sign& row) {
       const model::ImagePart::Place* place = part.Find(row.index, row.subindex);
       const bool other =
           placed.places.empty() || (place != nullptr && placed.places.back().place.object != place->object);
       if (place != nullptr && other) placed.places.push_back({*place, {}});
     });
+  }
+
+  /// Inputs that came after the request hold the object that the answer holds. Else the next inputs are evaluated even
+  /// if they are as before: the answer may have changed what is known.
+  bool InputsAreNewer(const mailbox::SdoTransfer& t) {
+    if (t.slave >= placed_.size()) return false;
+    Placed& placed = placed_[t.slave];
+    const std::uint32_t object = std::uint32_t{t.index} << 8U | t.subindex;
+    for (Placed::One& one : placed.places) {
+      if (one.place.object != object) continue;
+      if (one.last && placed.newest > t.request.number) return true;
+      one.last.reset();
+    }
+    return false;
   }
 
   void Evaluate(const Seen& seen, const device::DeviceDescription& family, const FrameRef& frame) {
@@ -204,16 +229,20 @@ class DeviceFaultBit final : public Rule {
       if (set == before) return;
       if (set) {
         ReportBit(seen, row, family, frame, first);
-      } else if (const auto open = open_.find(key); open != open_.end()) {
-        context().store[open->second].Set("gone_frame", arg::Frame(frame.number));
-        open_.erase(open);
+      } else if (const auto found = episodes_.find(key); found != episodes_.end() && found->second.open) {
+        context().store[found->second.finding].Set("gone_frame", arg::Frame(frame.number));
+        found->second.open = false;
       }
     });
   }
 
   void ReportBit(const Seen& seen, const Sign& row, const device::DeviceDescription& family, const FrameRef& frame,
                  bool first) {
-    if (Repeat(seen.slave, KeyOf(row), frame) != kNoFinding) return;
+    if (const FindingIndex again = Repeat(seen.slave, KeyOf(row), frame); again != kNoFinding) {
+      context().store[again].arguments.Remove("gone_frame");
+      episodes_[{seen.slave, KeyOf(row)}] = {again, true};
+      return;
+    }
     Finding finding = Found(kSet, seen.slave, frame);
     finding.confidence = seen.confidence;
     finding.reference = ReferenceTo(row.source);
@@ -232,7 +261,7 @@ class DeviceFaultBit final : public Rule {
                               : row.sign == BitSign::kWarning ? Severity::kInfo
                                                               : Severity::kWarning;
     const FindingIndex index = Report(KeyOf(row), severity, std::move(finding));
-    if (index != kNoFinding) open_.insert_or_assign({seen.slave, KeyOf(row)}, index);
+    if (index != kNoFinding) episodes_[{seen.slave, KeyOf(row)}] = {index, true};
   }
 
   static bool Fits(BitSign sign, device::FaultValue kind) {
@@ -256,9 +285,9 @@ class DeviceFaultBit final : public Rule {
     if (words.empty()) return;
     ForEachSign(family, [&](const Sign& row) {
       if (!Fits(row.sign, object->kind)) return;
-      const auto open = open_.find({t.slave, KeyOf(row)});
-      if (open == open_.end()) return;
-      Finding& finding = context().store[open->second];
+      const auto found = episodes_.find({t.slave, KeyOf(row)});
+      if (found == episodes_.end() || !found->second.open) return;
+      Finding& finding = context().store[found->second.finding];
       if (finding.arguments.Has("reason")) return;
       finding.Set("reason", arg::Text(words))
           .Set("reason_object", arg::Object(t.index, t.subindex))
@@ -269,7 +298,7 @@ class DeviceFaultBit final : public Rule {
 
   std::vector<Placed> placed_;               // by slave
   std::map<Key, bool> last_;                 // of each slave and bit: as last seen
-  std::map<Key, FindingIndex> open_;         // findings whose bit is still 1
+  std::map<Key, Episode> episodes_;          // of each slave and bit with a finding
   std::set<const model::SlaveModel*> seen_;  // slaves of which a value was seen
 };
 

@@ -7,6 +7,7 @@
 #include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/model/drive_places.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/drive_text.h"
@@ -67,8 +68,6 @@ constexpr Word kModeShown{"mode-shown", "the mode that the drive shows (6061h)"}
 constexpr Word kModeSelected{"mode-selected", "the mode that the master selects (6060h)"};
 
 constexpr TimeNs kLimitNs = 1'000'000'000;
-constexpr std::uint16_t kModes = 0x6060;
-constexpr std::uint16_t kModesDisplay = 0x6061;
 
 class DriveModeNotShown final : public Rule {
  public:
@@ -110,7 +109,7 @@ class DriveModeNotShown final : public Rule {
       return;
     }
     ForEachOf(e.slave, [&](const Axis& id, Slave& slave) {
-      if (e.index != model::ObjectOfAxis(kModesDisplay, id.second)) return;
+      if (e.index != model::ObjectOfAxis(model::kModesDisplay, id.second)) return;
       if (!slave.shown || static_cast<std::int8_t>(e.data[0]) != slave.shown->value) return;
       slave.shown_last = e.response.seen() ? e.response : e.last;
       Evaluate(id, slave.shown_last);
@@ -222,8 +221,8 @@ class DriveModeNotShown final : public Rule {
         .Set("mode_shown", ModeValue(family, shown.value))
         .Set("waited_ns", arg::Ns(waited))
         .Set("limit_ms", arg::Ms(limit))
-        .Set("object", arg::Object(model::ObjectOfAxis(kModes, axis)))
-        .Set("display", arg::Object(model::ObjectOfAxis(kModesDisplay, axis)))
+        .Set("object", arg::Object(model::ObjectOfAxis(model::kModesOfOperation, axis)))
+        .Set("display", arg::Object(model::ObjectOfAxis(model::kModesDisplay, axis)))
         .Set("way", WayValue(requested.by_sdo))
         .Set("request_frame", arg::Frame(requested.frame.number))
         .Set("since_frame", arg::Frame(since.number))

@@ -6,9 +6,10 @@
 #include <utility>
 
 #include "analyzers/judge/drive_knowledge.h"
-#include "analyzers/judge/held_findings.h"
+#include "analyzers/judge/pending_findings.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/model/drive_places.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/objects/relatives.h"
@@ -38,9 +39,8 @@ constexpr FindingKind kOpmode{
 {expected} in this mode. The master [{?written}wrote][{!written}read] {value} [{?written}to][{!written}from] {object}
 in {value_frame}, after the mode was selected.)",
     .next =
-        "[{?written}Do not write {parameter} beside 6060h: the mode of operation sets it.][{!written}Check what else "
-        "sets "
-        "{parameter}: the mode of operation should.]",
+        R"([{?written}Do not write {parameter} beside 6060h: the mode of operation sets it.][{!written}Check what else
+sets {parameter}: the mode of operation should.])",
     .identity = "mode parameter"};
 
 constexpr const FindingKind* kKinds[] = {&kOtherMode, &kOpmode};
@@ -121,7 +121,7 @@ class DriveModeSetpoint final : public Rule {
     for (auto& [id, axis] : axes_) {
       Evaluate(axis, id.first, id.second, context().slave(id.first).inputs.last);
     }
-    held_.Release([this](std::uint64_t key, Finding finding) {
+    pending_.Release([this](std::uint64_t key, Finding finding) {
       const progress::AxisWatch* const axis = context().progress().axis(finding.slave, finding.axis);
       const bool reported = axis != nullptr && Has(axis->records(), progress::AxisFact::kSetpointNotMapped);
       if (!reported && !IsWritten(finding, key)) (void)Report(key, std::move(finding));
@@ -130,9 +130,9 @@ class DriveModeSetpoint final : public Rule {
   }
 
  private:
-  /// A master that jogs, or changes its mode in two steps, is in no mode for good.
+  /// A master that jogs, or changes its mode in two steps, does not stay in a mode.
   static constexpr TimeNs kLastingNs = 1'000'000'000;
-  static constexpr std::uint64_t kParameter = 0x100, kCommandSource = 0x200;  ///< of keys; below: the mode
+  static constexpr std::uint64_t kOpmodeKey = 0x100, kCommandSourceKey = 0x300;  ///< below: the mode
 
   struct Axis {
     FrameRef shown, requested;        ///< last changes of 6061h and 6060h
@@ -152,12 +152,11 @@ class DriveModeSetpoint final : public Rule {
 
   /// By 6061h, or where the process data do not hold it, by the newer one of both objects.
   [[nodiscard]] std::optional<std::int8_t> ModeOf(const Axis& axis, SlaveId slave, std::uint8_t number) const {
-    constexpr std::uint16_t kModeShown = 0x6061;
     const model::SlaveModel& model = context().slave(slave);
     const model::DriveUnit& unit = model.drives.axis(number);
     if (!unit.mode_requested()) return unit.mode_shown();
     if (!unit.mode_shown()) return unit.mode_requested();
-    const bool mapped = model.process.tx().Find(model::ObjectOfAxis(kModeShown, number), 0) != nullptr;
+    const bool mapped = model.process.tx().Find(model::ObjectOfAxis(model::kModesDisplay, number), 0) != nullptr;
     return mapped || axis.shown.number > axis.requested.number ? unit.mode_shown() : unit.mode_requested();
   }
 
@@ -179,8 +178,14 @@ class DriveModeSetpoint final : public Rule {
     if (mode == nullptr) return;
     CheckSetpoint(slave, number, axis.since, *mode);
     const FrameNo newest = std::max(axis.shown.number, axis.requested.number);
-    if (mode->opmode) CheckParameter(slave, number, axis.since, newest, *mode, drive.opmode_parameter);
-    if (mode->cmdsource) CheckParameter(slave, number, axis.since, newest, *mode, drive.cmdsource_parameter);
+    if (mode->opmode) {
+      CheckParameter(slave, number, axis.since, newest, *mode,
+                     {drive.opmode_parameter, *mode->opmode, mode->printed_opmode, kOpmodeKey});
+    }
+    if (mode->cmdsource) {
+      CheckParameter(slave, number, axis.since, newest, *mode,
+                     {drive.cmdsource_parameter, *mode->cmdsource, std::nullopt, kCommandSourceKey});
+    }
   }
 
   void CheckSetpoint(SlaveId slave, std::uint8_t axis, const FrameRef& frame, const device::OperationMode& mode) {
@@ -201,12 +206,12 @@ class DriveModeSetpoint final : public Rule {
           .Set("mapped", arg::Object(model::ObjectOfAxis(found->index, axis), found->subindex))
           .Set("mapped_mode", ModeValue(*model.profile, other.value))
           .Set("source", arg::Text(mode.source));
-      Hold(axis, static_cast<std::uint8_t>(mode.value), std::move(finding), mode.source);
+      Keep(axis, static_cast<std::uint8_t>(mode.value), std::move(finding), mode.source);
       return;
     }
   }
 
-  /// Whether the master wrote a set point of the mode by SDO. @param key  of a finding that is held
+  /// Whether the master wrote a set point of the mode by SDO. @param key  of a pending finding
   [[nodiscard]] bool IsWritten(const Finding& finding, std::uint64_t key) const {
     if (finding.kind != &kOtherMode) return false;
     const device::OperationMode* const mode =
@@ -218,39 +223,44 @@ class DriveModeSetpoint final : public Rule {
            });
   }
 
+  /// A parameter of the drive that goes with the mode.
+  struct Parameter {
+    std::string_view keyword;
+    std::int32_t expected = 0;
+    std::optional<std::int32_t> printed;  ///< what the manual prints, if it is read otherwise
+    std::uint64_t key = 0;
+  };
+
   /// @param newest  the last change of the mode: it sets the parameter, and older values mean nothing
   void CheckParameter(SlaveId slave, std::uint8_t axis, const FrameRef& frame, FrameNo newest,
-                      const device::OperationMode& mode, std::string_view keyword) {
+                      const device::OperationMode& mode, const Parameter& parameter) {
     const model::SlaveModel& model = context().slave(slave);
     bool inferred = false;
-    const device::DictionaryObject* object = ObjectOf(*model.profile, keyword);
+    const device::DictionaryObject* object = ObjectOf(*model.profile, parameter.keyword);
     if (object == nullptr) {
       inferred = true;
       for (const device::DeviceDescription* other : events::Relatives(*model.profile)) {
-        if (object == nullptr) object = ObjectOf(*other, keyword);
+        if (object == nullptr) object = ObjectOf(*other, parameter.keyword);
       }
     }
     if (object == nullptr) return;
-    const bool is_source = keyword == model.profile->drive->cmdsource_parameter;
-    const std::int32_t expected = is_source ? *mode.cmdsource : *mode.opmode;
     const std::uint16_t index = model::ObjectForAxis(object->index, axis);
     const model::ObjectValue* const value = model.objects.Find(index, object->subindex);
-    if (value == nullptr || value->since <= newest || value->as_signed() == expected) return;
+    if (value == nullptr || value->since <= newest || value->as_signed() == parameter.expected) return;
     // What this manual prints is no mistake, even if it is read otherwise.
-    if (!is_source && mode.printed_opmode && value->as_signed() == *mode.printed_opmode) return;
+    if (value->as_signed() == parameter.printed) return;
     Finding finding = Found(kOpmode, slave, frame);
     if (inferred || value->certainty == Certainty::kInferred) finding.confidence = Confidence::kInferred;
     finding.Set("mode", ModeValue(*model.profile, mode.value))
-        .Set("parameter", arg::Text(keyword))
-        .Set("expected", arg::Number(expected))
+        .Set("parameter", arg::Text(parameter.keyword))
+        .Set("expected", arg::Number(parameter.expected))
         .Set("value", arg::Number(value->as_signed()))
         .Set("written", arg::Flag(value->written))
         .Set("object", arg::Object(index, object->subindex))
         .Set("value_frame", arg::Frame(value->since))
         .Set("source", arg::Text(mode.source));
     AddRelated(finding, value->since);
-    const std::uint64_t key = kParameter | static_cast<std::uint8_t>(mode.value) | (is_source ? kCommandSource : 0);
-    Hold(axis, key, std::move(finding), mode.source);
+    Keep(axis, parameter.key | static_cast<std::uint8_t>(mode.value), std::move(finding), mode.source);
   }
 
   static const device::DictionaryObject* ObjectOf(const device::DeviceDescription& family, std::string_view keyword) {
@@ -261,16 +271,16 @@ class DriveModeSetpoint final : public Rule {
     return nullptr;
   }
 
-  void Hold(std::uint8_t axis, std::uint64_t key, Finding finding, const std::string& source) {
-    if (held_.Repeat(finding.slave, AxisKey(axis) | key, finding.first)) return;
+  void Keep(std::uint8_t axis, std::uint64_t key, Finding finding, const std::string& source) {
+    if (pending_.Repeat(finding.slave, AxisKey(axis) | key, finding.first)) return;
     finding.reference = ReferenceTo(source);
     NameAxis(finding, axis);
-    held_.Hold(AxisKey(axis) | key, std::move(finding));
+    pending_.Keep(AxisKey(axis) | key, std::move(finding));
   }
 
   std::map<std::pair<SlaveId, std::uint8_t>, Axis> axes_;
   std::set<std::pair<SlaveId, std::uint32_t>> written_;  ///< objects and subindices by downloads
-  HeldFindings held_;                                    // what else reports it is known at the end
+  PendingFindings pending_;                              // what else reports it is known at the end
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveModeSetpoint>};

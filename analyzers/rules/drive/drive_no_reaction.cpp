@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "analyzers/judge/drive_knowledge.h"
-#include "analyzers/judge/held_findings.h"
+#include "analyzers/judge/pending_findings.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
@@ -83,7 +83,7 @@ class DriveNoReaction final : public Rule {
 
   void On(const model::DriveNoReaction& e) {
     const std::uint64_t key = AxisKey(e.axis) | e.transition;
-    if (held_.Repeat(e.slave, key, e.frame)) return;
+    if (pending_.Repeat(e.slave, key, e.frame)) return;
     const device::DriveProfile& drive = *context().slave(e.slave).profile->drive;
     const device::DriveTransition* transition = drive.Find(e.transition);
     model::DrivePath path;
@@ -107,11 +107,11 @@ class DriveNoReaction final : public Rule {
     AddRelated(finding, e.command.number);
     finding.reference = ReferenceTo(drive.source);
     NameAxis(finding, e.axis);
-    held_.Hold(key, std::move(finding));
+    pending_.Keep(key, std::move(finding));
   }
 
   void Finish() override {
-    held_.Release([this](std::uint64_t key, Finding finding) {
+    pending_.Release([this](std::uint64_t key, Finding finding) {
       const progress::AxisWatch* const axis = context().progress().axis(finding.slave, finding.axis);
       const FrameRef enabled = axis != nullptr ? axis->enable().enabled_since() : FrameRef{};
       const FrameRef& last = finding.last.seen() ? finding.last : finding.first;
@@ -137,7 +137,7 @@ class DriveNoReaction final : public Rule {
   }
 
  private:
-  HeldFindings held_;  // the drive may be slow only
+  PendingFindings pending_;  // the drive may be slow only
 
   /// The drive may wait for an edge that only the description of the state names.
   static void DescribeEdge(Finding& finding, const model::DriveNoReaction& e, const device::DriveProfile& drive) {

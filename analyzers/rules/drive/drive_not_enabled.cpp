@@ -160,9 +160,6 @@ constexpr const FindingKind* kKinds[] = {
 constexpr NoteKind kEnabledLater{.name = "enabled-later", .text = "The drive shows Operation enabled in {frame}."};
 constexpr const NoteKind* kNotes[] = {&kEnabledLater};
 
-// A fault lasts because its reset has no edge.
-constexpr std::string_view kAfter[] = {"drive-fault"};
-
 constexpr RuleInfo kInfo{.id = "drive-not-enabled",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kWarning,
@@ -171,7 +168,6 @@ constexpr RuleInfo kInfo{.id = "drive-not-enabled",
                          .source = "CIA402, state machine",
                          .kinds = kKinds,
                          .notes = kNotes,
-                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 Whether an axis reaches Operation enabled when the master asks for it, and what is missing if it does not:
@@ -227,25 +223,7 @@ class DriveNotEnabled final : public AxisRule {
  public:
   DriveNotEnabled() : AxisRule(kInfo, kRows) {}
 
-  void Finish() override {
-    AxisRule::Finish();
-    const std::vector<Finding>& findings = context().store.findings();
-    for (FindingIndex i = 0; i < findings.size(); ++i) {
-      const Finding& own = findings[i];
-      if (own.kind == &kResetStands && own.severity != Severity::kInfo) ExplainFault(own.slave, own.axis, i);
-    }
-  }
-
  private:
-  /// What began before the capture lasts since the reset has no edge: that is what the master can correct.
-  void ExplainFault(SlaveId slave, std::uint8_t axis, FindingIndex cause) {
-    for (Finding& fault : context().store.findings()) {
-      const bool lasts =
-          fault.rule == "drive-fault" && fault.kind->name == "already-in-fault" && fault.until == Finding::kCaptureEnds;
-      if (lasts && fault.slave == slave && fault.axis == axis && fault.caused_by == kNoFinding) fault.caused_by = cause;
-    }
-  }
-
   void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch&) override {
     if (record.solved) {
       finding.Set("solved", arg::Flag());

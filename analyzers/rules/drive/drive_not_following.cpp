@@ -28,20 +28,17 @@ procedure failed.)",
 constexpr FindingKind kStandsStill{
     .name = "stands-still",
     .title =
-        "[{?solved_frame}The axis follows its {quantity} set point only after {lasted_ms}]"
-        "[{!solved_frame}[{?halted}Halt (bit 8) is 1 while the][{!halted}The axis stands still while its] {quantity} "
-        "set "
-        "point asks for motion]",
+        R"([{?solved_frame}The axis follows its {quantity} set point only after {lasted_ms}][{!solved_frame}[{?halted}Halt
+(bit 8) is 1 while the][{!halted}The axis stands still while its] {quantity} set point asks for motion])",
     .message =
         R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual
 value {actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
 ({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11 shows that an
 internal limit is active.][ The axis followed the same set point from {solved_frame} on.])",
     .next =
-        "[{?solved_frame}Check the release of brake and drive, if this time is not wanted.][{!solved_frame}"
-        "[{?halted}Clear bit 8 of the control word ({control_word}).][{!halted}Check brake, torque limit (6072h) and "
-        "[{?velocity}halt (bit 8)][{!velocity}limit switches], whether the drive uses this set point in its mode, and "
-        "scaling.]]",
+        R"([{?solved_frame}Check the release of brake and drive, if this delay is not intended.][{!solved_frame}[{?halted}Clear
+bit 8 of the control word ({control_word}).][{!halted}Check brake, torque limit (6072h) and [{?velocity}halt (bit
+8)][{!velocity}limit switches], whether the drive uses this set point in its mode, and scaling.]])",
     .identity = "quantity"};
 
 constexpr FindingKind kLags{
@@ -79,11 +76,12 @@ limit at 0 does not move. The drive shows {state} (status word {status_word}), m
 
 constexpr FindingKind kOtherScale{
     .name = "other-scaling",
-    .title = "Target velocity {set_point}, velocity actual value steady at {actual_value}",
+    .title = "Velocity actual value {actual_value} for a target velocity of {set_point}",
     .message =
         R"(From {frame} on, for {lasted_ms}, the target velocity is {set_point} and the velocity actual value
-{actual_value} ({shown_frame}). The actual value is steady and not 0, so the axis may turn, and the two values may be in
-different units. The position actual value (6064h) is not in the capture.)",
+{actual_value} ({shown_frame}). The actual value is not near 0, so the axis may turn, and the two values may be in
+different units.[ By the manual the actual value is in {unit}.] The position actual value (6064h) is not in the
+capture.)",
     .next = "Compare the units of target and actual velocity in the manual, and map 6064h.",
     .identity = ""};
 
@@ -97,10 +95,9 @@ constexpr FindingKind kHomingStands{
 value changes by no more than {travel} ({shown_frame}). The status word {status_word} shows neither homing attained
 (bit 12) nor an error (bit 13).[ In {solved_frame} bit 12 shows that homing is attained.])",
     .next =
-        "[{?solved_frame}Check the speeds (6099h) and the release of the brake, if this time is not wanted.]"
-        "[{!solved_frame}Check the homing method (6098h), the speeds (6099h) and the acceleration (609Ah): a speed of "
-        "0 "
-        "does not move.]",
+        R"([{?solved_frame}Check the speeds (6099h) and the release of the brake, if this delay is not
+intended.][{!solved_frame}Check the homing method (6098h), the speeds (6099h) and the acceleration (609Ah): a speed of 0
+does not move.])",
     .identity = ""};
 
 constexpr const FindingKind* kKinds[] = {&kFollowingError, &kHomingError, &kStandsStill, &kLags,
@@ -122,7 +119,8 @@ actual value against the set point in position and velocity modes.
 The drive is enabled and commanded, and the axis is not where the master thinks that it is.
 
 ## How it is decided
-- Bit 13 counts in the modes that define it: profile position, cyclic synchronous position, homing.
+- Bit 13 counts in the modes that define it: profile position, cyclic synchronous position, homing. If the manual of
+  the family gives it another meaning, device-fault-bit reports it.
 - A cyclic target position goes by at least 500 increments for 500 ms. The actual value makes less than a twentieth
   (stands still), less than half (lags), or goes the other way.
 - Profile position: after the start the axis makes less than a twentieth of the way and does not move for 1 s.
@@ -130,7 +128,8 @@ The drive is enabled and commanded, and the axis is not where the master thinks 
   target for 1 s. A ramp comes nearer. 60FFh is compared with 606Ch, 6042h with 6044h.
 - Halt in a profile mode is no violation, and neither are bits 4 to 6 in velocity mode (2) if they are not all 1.
 - An axis whose position moves does not stand still, whatever its velocity shows. If the position is not in the
-  capture, a steady velocity other than 0 is an inferred info: the two values may be in different units.
+  capture, a steady velocity other than 0 is an inferred info, and so is one that always has the sign of its target:
+  the two values may be in different units.
 - In homing an axis moves that makes 2 steps or more, all of them one way.
 - If the axis then follows the same start (profile position, homing) or set point (profile velocity, velocity mode),
   the finding is an info with its duration: a brake, a release.
@@ -185,6 +184,11 @@ class DriveNotFollowing final : public AxisRule {
     finding.Set("quantity", arg::Of(velocity ? kVelocity : kPosition));
     if (velocity) finding.Set("velocity", arg::Flag());
     if (record.fact == progress::AxisFact::kZeroLimit) finding.Set("limit", ObjectOf(record.c));
+    if (record.fact == progress::AxisFact::kOtherScale) {
+      const bool speed = record.mode && progress::QuantityOf(*record.mode) == progress::Quantity::kSpeed;
+      const std::string unit = UnitOf(progress::ObjectOf(speed ? progress::Role::kSpeed : progress::Role::kVelocity));
+      if (!unit.empty()) finding.Set("unit", arg::Text(unit));
+    }
     finding.Set("set_point", arg::Number(record.a)).Set("actual_value", arg::Number(record.b));
   }
 

@@ -76,12 +76,26 @@ class DriveReservedBits final : public Rule {
   }
 
  private:
+  /// Where the manual calls the bits reserved.
+  static const std::string& SourceOf(const progress::AxisWatch::Reserved& reserved, const device::DriveProfile& drive) {
+    if (reserved.mode) {
+      const device::ModeBits* const row = BitsOfMode(drive, reserved.mode);
+      return row != nullptr ? row->source : drive.source;
+    }
+    for (const device::WordBit& row : drive.control_bits) {
+      if ((row.reserved & reserved.bits) != 0) return row.source;
+    }
+    return drive.source;
+  }
+
   void ReportOf(SlaveId slave, std::uint8_t number, const progress::AxisWatch::Reserved& reserved) {
     if (reserved.bits == 0) return;
     Finding finding = Found(kControl, slave, reserved.frame);
     finding.Set("control_word", arg::Hex(reserved.word));
     finding.Set("bits", arg::Bits(reserved.bits)).Set("bit_count", arg::Number(std::popcount(reserved.bits)));
-    if (reserved.mode) finding.Set("mode", ModeValue(*context().slave(slave).profile, *reserved.mode));
+    const device::DeviceDescription& family = *context().slave(slave).profile;
+    if (reserved.mode) finding.Set("mode", ModeValue(family, *reserved.mode));
+    if (family.drive) finding.reference = ReferenceTo(SourceOf(reserved, *family.drive));
     NameAxis(finding, number);
     (void)Report(AxisKey(number), std::move(finding));
   }

@@ -1,10 +1,16 @@
+#include <optional>
+#include <utility>
+#include <vector>
+
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/drive_events.h"
+#include "analyzers/model/process_image.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/progress/progress_model.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/track/events.h"
 
 namespace ecaudit::drive_sdo_control_word {
 namespace {
@@ -13,8 +19,8 @@ constexpr FindingKind kOverwritten{
     .name = "overwritten",
     .title = "Control word {control_word} written by SDO, but {object:number} is mapped",
     .message = R"(The master writes {control_word} to {object} by SDO in {frame}, in OP. The object is in the outputs as
-well, and the last frame with outputs has {cyclic_word}. The next one overwrites what the SDO wrote. The drive accepted
-the download, so the master gets no error.)",
+well, and {cyclic_frame} overwrites what the SDO wrote with {cyclic_word}. The drive accepted the download, so the
+master gets no error.)",
     .next = "Command the drive in the outputs, or take {object:number} out of the mapping.",
     .identity = "object"};
 
@@ -40,6 +46,8 @@ each download is accepted.
 ## How it is decided
 - The slave is in OP, and the master exchanges outputs with it.
 - The object is in the mapping of the outputs, and the last control word there is another one.
+- The next outputs that the slave accepts have another word than the download. They are sent within 1 s after its
+  answer: a master that stopped the exchange before overwrites nothing.
 - A download that repeats the value of the outputs is ignored.
 - One that asks for more than the outputs do (enable) is reported by drive-not-enabled if the drive stays disabled.
 
@@ -52,7 +60,15 @@ Command the drive in the outputs only. To work with a service tool, stop the cyc
 
 class DriveSdoControlWord final : public Rule {
  public:
-  DriveSdoControlWord() : Rule(kInfo) { Subscribe<mailbox::SdoTransfer>(&DriveSdoControlWord::On); }
+  DriveSdoControlWord() : Rule(kInfo) {
+    Subscribe<mailbox::SdoTransfer>(&DriveSdoControlWord::On);
+    Subscribe<model::ProcessCycle>(&DriveSdoControlWord::On);
+    Subscribe<track::CaptureGap>(&DriveSdoControlWord::On);
+    Subscribe<track::RunBegan>(&DriveSdoControlWord::On);
+  }
+
+  void On(const track::CaptureGap&) { written_.clear(); }
+  void On(const track::RunBegan&) { written_.clear(); }
 
   void On(const mailbox::SdoTransfer& t) {
     if (t.service != mailbox::SdoService::kDownload || !t.has_object || t.subindex != 0) return;
@@ -71,16 +87,62 @@ class DriveSdoControlWord final : public Rule {
     const auto word = LittleEndian<std::uint16_t>(t.data, 0);
     const std::uint16_t cyclic = *watch->now().control;
     const bool enables = (word & ~cyclic & progress::kEnableWord) != 0;
-    if (word == cyclic || enables || Repeat(t.slave, AxisKey(axis->first), t.request) != kNoFinding) return;
-    Finding finding = Found(kOverwritten, t.slave, t.request);
-    finding.confidence = outputs.assumed ? Confidence::kInferred : ConfidenceOf(t.certainty);
-    finding.Set("control_word", arg::Hex(word))
-        .Set("object", arg::Object(t.index))
-        .Set("cyclic_word", arg::Hex(cyclic));
-    NameAxis(finding, axis->first);
-    AddRelated(finding, watch->now().control_since.number);
-    (void)Report(AxisKey(axis->first), std::move(finding));
+    // The word of the last download is what the next outputs overwrite.
+    std::erase_if(written_, [&](const Written& other) { return other.slave == t.slave && other.index == t.index; });
+    if (word == cyclic || enables || written_.size() >= kMostWritten) return;
+    written_.push_back({t.slave, t.index, axis->first, word, t.request, t.response, watch->now().control_since.number,
+                        outputs.assumed ? Confidence::kInferred : ConfidenceOf(t.certainty)});
   }
+
+  void On(const model::ProcessCycle& cycle) {
+    if (written_.empty() || cycle.part.direction != device::PdoDirection::kRx) return;
+    if (cycle.exchange != model::Exchange::kYes || !cycle.has_data()) return;
+    std::erase_if(written_, [&](const Written& written) {
+      const FrameRef& sent = cycle.sent.seen() ? cycle.sent : cycle.frame();
+      if (written.slave != cycle.part.slave || sent.number <= written.answer.number) return false;
+      const std::optional<std::uint64_t> word = cycle.Value(written.index, 0);
+      if (!word) return false;
+      const bool timed = written.answer.has_time && sent.has_time;
+      const bool goes_on = !timed || Elapsed(written.answer.time, sent.time) <= kSoonNs;
+      const bool in_op = context().slave(written.slave).al.SettledIn(esc::AlState::OP);
+      if (goes_on && in_op && *word != written.word) ReportOverwritten(written, *word, sent);
+      return true;
+    });
+  }
+
+ private:
+  static constexpr std::size_t kMostWritten = 1024;
+  /// Outputs that come later are those of a master that had stopped them.
+  static constexpr TimeNs kSoonNs = 1'000'000'000;
+
+  /// A control word by SDO, until the next outputs with this object.
+  struct Written {
+    SlaveId slave = kNoSlave;
+    std::uint16_t index = 0;
+    std::uint8_t axis = 0;
+    std::uint16_t word = 0;
+    FrameRef request, answer;
+    FrameNo cyclic_since = 0;  ///< frame since which the outputs had their word
+    Confidence confidence = Confidence::kObserved;
+  };
+
+  void ReportOverwritten(const Written& written, std::uint64_t cyclic, const FrameRef& frame) {
+    if (Repeat(written.slave, AxisKey(written.axis), written.request) != kNoFinding) return;
+    Finding finding = Found(kOverwritten, written.slave, written.request);
+    finding.confidence = written.confidence;
+    finding.Set("control_word", arg::Hex(written.word))
+        .Set("object", arg::Object(written.index))
+        .Set("cyclic_word", arg::Hex(cyclic, 4))
+        .Set("cyclic_frame", arg::Frame(frame.number));
+    const device::DeviceDescription& family = *context().slave(written.slave).profile;
+    if (family.drive) finding.reference = ReferenceTo(family.drive->source);
+    NameAxis(finding, written.axis);
+    AddRelated(finding, written.cyclic_since);
+    AddRelated(finding, frame.number);
+    (void)Report(AxisKey(written.axis), std::move(finding));
+  }
+
+  std::vector<Written> written_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveSdoControlWord>};

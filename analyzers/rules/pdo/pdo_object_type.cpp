@@ -7,12 +7,13 @@
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/model/drive_places.h"
 #include "analyzers/model/process_image.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/model/steady_inputs.h"
 #include "analyzers/progress/axis_view.h"
 #include "analyzers/progress/lasting.h"
 #include "analyzers/progress/progress_model.h"
-#include "analyzers/rules/pdo/held_inputs.h"
 #include "analyzers/words/what.h"
 #include "decoder/device/object_dictionary.h"
 #include "decoder/mailbox/events.h"
@@ -181,7 +182,7 @@ class PdoObjectType final : public Rule {
     std::uint64_t serial = 0;
     std::uint32_t begin = 0;  ///< bit of the datagram where they begin
     std::vector<model::ImagePart::Place> places;
-    HeldInputs inputs;
+    model::SteadyInputs inputs;
     std::vector<Compared> compared;
 
     void Forget() {
@@ -216,8 +217,7 @@ class PdoObjectType final : public Rule {
     Held& held = held_[t.slave];
     if (held.inputs.bytes().empty() || !t.request.has_time || !t.response.has_time) return;
     const auto axis = progress::AxisOf(t.index);
-    constexpr std::uint16_t kModeShown = 0x6061;
-    if (axis && axis->second == kModeShown) return;  // the model of the axis compares it
+    if (axis && axis->second == model::kModesDisplay) return;  // the model of the axis compares it
     if (!context().slave(t.slave).al.SettledIn(esc::AlState::OP)) return;
     const model::Signal* const signal = context().slave(t.slave).process.tx().Find(t.index, t.subindex);
     if (signal == nullptr || signal->scaled_by_sdo) return;
@@ -230,7 +230,7 @@ class PdoObjectType final : public Rule {
       const std::uint64_t mask = Mask(common);
       const std::uint64_t by_sdo = UnsignedOf(t.data);
       if ((value & mask) == (by_sdo & mask) || MayBeEqual(value & mask, by_sdo & mask, common)) return;
-      const FrameRef since = held.inputs.HeldSince(place.bit - held.begin, place.bits, kLeastFrames);
+      const FrameRef since = held.inputs.SteadySince(place.bit - held.begin, place.bits, kLeastFrames);
       if (!since.seen() || Elapsed(since.time, t.request.time) < kSettledNs) return;
       if (held.compared.size() < kMostCompared)
         held.compared.push_back({place, value, by_sdo, bits, since, t.response});

@@ -239,7 +239,7 @@ bool Matches(const ExpectedFinding& expected, const Finding& finding, const Anal
       std::all_of(expected.notes.begin(), expected.notes.end(),
                   [&](const std::string& note) { return HasNote(finding, note); }) &&
       std::none_of(expected.without.begin(), expected.without.end(),
-                   [&](const std::string& note) { return HasNote(finding, note); }) &&
+                   [&](const std::string& name) { return HasNote(finding, name) || finding.arguments.Has(name); }) &&
       std::all_of(expected.arguments.begin(), expected.arguments.end(),
                   [&](const auto& argument) { return HasArgument(finding, argument.first, argument.second); });
   return same_kind && finding.rule == expected.rule && Name(finding.severity) == expected.severity && same_slave &&

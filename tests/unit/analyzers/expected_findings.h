@@ -12,9 +12,9 @@
 /// slave=N is the position, `-` the whole bus. A frame is a number, or the mark of a line of the trace (its outbound
 /// copy; NAME.returned: its returned copy). last= is checked where it is given; without count= it is 1, without
 /// caused_by= there is no cause, without confidence= it is observed. related= lists frames that must be among the
-/// related ones, note= a note that it must have, without= one that it must not have. axis= counts from 1. Other words
-/// are arguments: NAME=VALUE, or NOTE.NAME=VALUE of a note, with the value as reports write it, without its meaning
-/// ("0x001d", "6040h:0", "frame 12" or "12"), as the code of a word, or "yes" and "no".
+/// related ones, note= a note that it must have, without= a note or an argument that it must not have. axis= counts
+/// from 1. Other words are arguments: NAME=VALUE, or NOTE.NAME=VALUE of a note, with the value as reports write it,
+/// without its meaning ("0x001d", "6040h:0", "frame 12" or "12"), as the code of a word, or "yes" and "no".
 #pragma once
 
 #include <optional>
@@ -41,7 +41,8 @@ struct ExpectedFinding {
   std::vector<FrameNo> related;
   std::string kind;
   std::optional<unsigned> axis;
-  std::vector<std::string> notes, without;
+  std::vector<std::string> notes;
+  std::vector<std::string> without;  ///< notes or arguments
   std::vector<std::pair<std::string, std::string>> arguments;
   std::string line;  ///< as written, for messages
 };

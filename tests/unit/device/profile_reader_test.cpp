@@ -156,6 +156,23 @@ TEST(ProfileReader, ExtendingAnUnknownProfileIsAnError) {
   EXPECT_EQ(ProfileErrorOf(Profile(R"(, "extends": "acme")")), "extends: there is no profile \"acme\"");
 }
 
+TEST(ProfileReader, ReservedBitsAreFoundHoweverTheManualPrintsThem) {
+  const auto profile = ReadProfile(Profile(R"(, "drive": {"source": "MKD, 4.4", "control_bits": [
+      {"bit": 9, "name": "reserved", "source": "MKD, 4.4.2"},
+      {"bit": 11, "name": "Reserved (0), for later use", "source": "MKD, 4.4.2"},
+      {"bit": 13, "name": "Manufacturer specific", "meaning": "reserved at present", "source": "MKD, 4.4.2"}],
+      "mode_bits": [{"mode": 8, "name": "csp", "bit4": "RESERVED", "bit5": "reserved_position", "bit6": "reserved, 0",
+                     "source": "MKD, 4.4.2"}]})"));
+  ASSERT_TRUE(profile) << profile.error().message;
+  ASSERT_TRUE(profile->drive);
+  ASSERT_EQ(profile->drive->control_bits.size(), 3U);
+  EXPECT_EQ(profile->drive->control_bits[0].reserved, 0x0200);
+  EXPECT_EQ(profile->drive->control_bits[1].reserved, 0x0800);
+  EXPECT_EQ(profile->drive->control_bits[2].reserved, 0);
+  ASSERT_EQ(profile->drive->mode_bits.size(), 1U);
+  EXPECT_EQ(profile->drive->mode_bits[0].reserved, 0x0050);
+}
+
 TEST(ProfileReader, TextOfAProfileCannotControlTheTerminal) {
   EXPECT_EQ(ProfileErrorOf(Profile(R"(, "\u001b[2J": 1)")).find('\x1b'), std::string::npos);
 }

@@ -1,4 +1,4 @@
-/// in: the inputs of one slave, cycle by cycle.  out: since when their bits hold their value.
+/// in: the inputs of one slave, cycle by cycle.  out: since when their bits have their value.
 #pragma once
 
 #include <array>
@@ -10,11 +10,11 @@
 #include "decoder/base/ids.h"
 #include "decoder/base/time.h"
 
-namespace ecaudit {
+namespace ecaudit::model {
 
 /// Keeps which bits changed in two windows of time, one after the other, and not when each of them did: that costs a
 /// comparison of bytes for each cycle.
-class HeldInputs {
+class SteadyInputs {
  public:
   void Forget() {
     bytes_.clear();
@@ -42,9 +42,9 @@ class HeldInputs {
   }
   /// The last inputs; empty: none are known.
   [[nodiscard]] ByteSpan bytes() const { return bytes_; }
-  /// A frame since which these bits of the inputs hold their value, one window or two ago. Not seen: they changed since
+  /// A frame since which these bits of the inputs have their value, one window or two ago. Not seen: they changed since
   /// then, or the inputs are not known for so long, or in fewer frames than `least`.
-  [[nodiscard]] FrameRef HeldSince(std::size_t bit, std::size_t bits, std::uint32_t least) const {
+  [[nodiscard]] FrameRef SteadySince(std::size_t bit, std::size_t bits, std::uint32_t least) const {
     if (!before_.seen() || frames_[0] + frames_[1] < least || bit + bits > 8 * bytes_.size()) return {};
     for (std::size_t i = bit; i < bit + bits; ++i) {
       if (((changed_[0][i / 8] | changed_[1][i / 8]) >> (i % 8) & 1) != 0) return {};
@@ -77,4 +77,4 @@ class HeldInputs {
   FrameRef before_;                                   ///< ... and of the one before
 };
 
-}  // namespace ecaudit
+}  // namespace ecaudit::model
