@@ -1,10 +1,17 @@
 /// Exit status of the program; part of its public interface.
 #pragma once
 
+#include <string_view>
+
 namespace ecaudit::cli {
 
+/// What the help states of it; commands add what else they have.
+inline constexpr std::string_view kExitStatusHelp =
+    "Exit status: 0 no finding at or above --fail-on, and none that keeps the master from something it requested;\n"
+    "1 such a finding, or --require is not met; 2 wrong usage or unreadable input; ";
+
 enum class ExitStatus : int {
-  kClean = 0,          ///< no finding at or above --fail-on, and none that keeps the master from what it requested
+  kClean = 0,          ///< no finding at or above --fail-on, and none that keeps the master from something it requested
   kFindings = 1,       ///< findings at or above it
   kUsage = 2,          ///< wrong usage, unreadable input, or output that cannot be written
   kInternal = 3,       ///< a bug in ecaudit

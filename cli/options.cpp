@@ -190,9 +190,8 @@ std::string ProgramHelp(const std::vector<std::unique_ptr<Command>>& commands) {
       "\n"
       "  ecaudit COMMAND --help     the options of a command (also: ecaudit help COMMAND)\n"
       "  ecaudit --version          version, commit, compiler and libraries\n"
-      "\n"
-      "Exit status: 0 no finding at or above --fail-on, and none that keeps the master from something it requested;\n"
-      "1 such a finding, or --require is not met; 2 wrong usage or unreadable input; 3 internal error.\n";
+      "\n" +
+      std::string(kExitStatusHelp) + "3 internal error.\n";
   return text;
 }
 

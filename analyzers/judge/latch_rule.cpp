@@ -18,6 +18,7 @@ constexpr Word kEdgeOfPosition{"edge-of-position", "the edge of the position tha
 constexpr Word kPositionObject{"position-object", "the object with the position of this edge"};
 constexpr Word kWaitForReading{"wait-for-reading", "the wait for a read of the position (1 s)"};
 constexpr Word kControlWordAccepted{"control-word-acceptance", "the acceptance of a control word"};
+constexpr Word kControlWord{"latch-control-word", "the latch control word"};
 constexpr Word kStatusWordBefore{"status-word-before", "the latch status word before the selector"};
 constexpr Word kInputsBefore{"inputs-before", "the inputs just before the selector", true};
 
@@ -44,6 +45,8 @@ Reason ReasonOf(model::LatchNotEvaluable::Why why) {
       return Reason::Of(ReasonCode::kNotInCapture, kInputsBefore);
     case Why::kNoTimeStamps:
       return Reason::Of(ReasonCode::kNoStamps);
+    case Why::kGap:
+      return Reason::Of(ReasonCode::kCaptureGap, kControlWord);
     case Why::kAlStateUnknown:
       return Reason::Of(ReasonCode::kNotInCapture, what::kAlState);
   }

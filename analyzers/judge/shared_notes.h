@@ -29,7 +29,7 @@ inline constexpr NoteKind kUnusedMayExplain{"unused-pdo-may-explain",
 inline constexpr NoteKind kParameterSays{"parameter-says",
                                          "{parameter}[ ({object})] is {value}[ since {since}], {bit}: {meaning}."};
 /// What the manual of the family states about what the finding is about.
-inline constexpr NoteKind kManualStates{"manual-states", "By the manual ({source}): {fact}[ ({note})]."};
+inline constexpr NoteKind kManualStates{"manual-states", "The manual ({source}) states: {fact}[ ({note})]."};
 
 /// All of them, for documentation and tests.
 inline constexpr const NoteKind* kSharedNotes[] = {

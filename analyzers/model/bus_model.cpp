@@ -199,11 +199,12 @@ void BusModel::On(const track::CaptureGap& event) {
   for (std::size_t id = 0; id < slaves_.size(); ++id) {
     SlaveModel& slave = slaves_[id];
     slave.al.OnPause();
+    if (event.certain) slave.ForgetLatches();
+    slave.NoteLatchGap(event.frame.number);
     if (!event.certain) continue;
     slave.mailbox.Forget();
     slave.entry_port.Forget();
     slave.set_up.Forget();
-    slave.ForgetLatches();
     slave.drives.Forget();
     if (!slave.al.SettledIn(esc::AlState::OP)) DoubtLayouts(static_cast<SlaveId>(id));
   }

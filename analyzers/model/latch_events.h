@@ -105,6 +105,7 @@ struct LatchNotEvaluable {
     kInputsMissing,         ///< inputs are missing just before the selector was set
     kNoTimeStamps,
     kAlStateUnknown,
+    kGap,  ///< control words may be missing in a capture gap
   };
   LatchMisuse::Kind kind = LatchMisuse::Kind::kReadBeforeValid;
   SlaveId slave = kNoSlave;

@@ -30,6 +30,7 @@ void LatchUnit::SetFamily(const device::DeviceDescription& family) {
   edges_.SetFamily(latch);
   selector_.SetFamily(latch);
   probe_.SetFamily(latch);
+  unasked_.SetFamily(latch);
   input_masks_ = {};
   enable_mask_ = 0;
   if (latch == nullptr) return;
@@ -47,8 +48,7 @@ void LatchUnit::Forget() {
   probe_.Forget();
   selector_.Forget();
   edges_.Forget();
-  armed_ = 0;
-  selected_ = 0;
+  unasked_.Forget();
 }
 
 std::optional<bool> LatchUnit::input(std::size_t n, std::uint16_t status_word) const {
@@ -70,7 +70,8 @@ void LatchUnit::Follow(const ProcessCycle& cycle) {
 }
 
 [[gnu::always_inline]] inline void LatchUnit::OnOutputs(const ProcessCycle& cycle, const LatchPart& part) {
-  if (cycle.exchange == Exchange::kNo || !cycle.has_data()) return;
+  if (!cycle.has_data()) return;
+  if (cycle.exchange == Exchange::kNo) return NoteSent(cycle, part);
   // Nearly every cycle carries the word of the one before.
   const bool settled = control_.known && !control_.doubt && !selector_.undecided() && part.probe.bits == 0;
   if (settled && cycle.exchange != Exchange::kUnknown &&
@@ -83,10 +84,18 @@ void LatchUnit::Follow(const ProcessCycle& cycle) {
   }
 }
 
+/// The drive may have accepted the outputs though the working counter does not show it: another slave counted less.
+void LatchUnit::NoteSent(const ProcessCycle& cycle, const LatchPart& part) {
+  const FrameNo frame = Begun(cycle);
+  if (part.control.bits != 0) unasked_.OnControl(WordAt(cycle, part.control), frame);
+  if (part.probe.bits != 0) unasked_.OnProbe(WordAt(cycle, part.probe), frame);
+}
+
 void LatchUnit::TakeOutputs(const ProcessCycle& cycle, const LatchPart& part) {
   const FrameRef& frame = cycle.sent.seen() ? cycle.sent : cycle.returned;
   LatchWord word{0, frame, frame.number, frame.number, false, cycle.exchange == Exchange::kInferred};
   const bool taken = cycle.exchange != Exchange::kUnknown;
+  NoteSent(cycle, part);
   if (part.control.bits != 0) {
     word.value = WordAt(cycle, part.control);
     if (taken) {
@@ -175,8 +184,6 @@ void LatchUnit::OnControl(const LatchWord& word) {
   if (!first) CheckState(word, before);
 
   const std::uint8_t selector = latch_->Selector(word.value);
-  selected_ |= std::uint32_t{1} << std::min<unsigned>(selector, 31U);
-  armed_ = static_cast<std::uint16_t>(armed_ | word.value);
   const bool selector_changed = first || selector != latch_->Selector(before) || control_.doubt_selector;
   if (selector_changed && !first) selector_.Deselect(word);
   for (std::size_t n = 0; n < edges_.size(); ++n) {
@@ -197,8 +204,6 @@ void LatchUnit::Doubt(std::uint16_t value) {
   control_.doubt = true;
   control_.doubt_zero = static_cast<std::uint16_t>(control_.doubt_zero | ~value);
   control_.doubt_selector |= latch_->Selector(value) != latch_->Selector(control_.value);
-  armed_ = static_cast<std::uint16_t>(armed_ | value);
-  selected_ |= std::uint32_t{1} << std::min<unsigned>(latch_->Selector(value), 31U);
 }
 
 void LatchUnit::CheckState(const LatchWord& word, std::uint16_t before) {
@@ -234,47 +239,28 @@ void LatchUnit::OnStatus(const LatchWord& word) {
   status_.Seen(word.frame, word.begun);
   report_.SawStatus(word.value);
 
-  CheckStatus(word, first, changed);
+  unasked_.OnStatus(word, first, changed);
   edges_.OnValid(word, first);
   selector_.OnStatus(word);
   edges_.OnInvalid(word);
-}
-
-/// What the drive shows although the master never asked for it: another object may lie there, or another master asked.
-void LatchUnit::CheckStatus(const LatchWord& word, bool first, std::uint16_t changed) {
-  const auto emit = [&](LatchMisuse::StatusBits bits, std::uint16_t value, const device::LatchEdge* edge) {
-    LatchMisuse misuse = report_.Misuse(Kind::kStatusBits, word);
-    misuse.control = control_.known ? control_.value : std::uint16_t{0};
-    misuse.status_bits = bits;
-    misuse.value = value;
-    misuse.edge = edge;
-    report_.Emit(misuse);
-  };
-  const auto reserved = static_cast<std::uint16_t>(word.value & latch_->reserved_status & (first ? 0xFFFF : changed));
-  if (reserved != 0) emit(LatchMisuse::StatusBits::kReserved, reserved, nullptr);
-  // Before the first control word of the capture the edge may have been armed.
-  if (first || !control_.known || control_.doubt || status_.words < kSettledWords) return;
-  for (std::size_t n = 0; n < edges_.size(); ++n) {
-    const device::LatchEdge& edge = latch_->edges[n];
-    if ((word.value & changed & edge.valid) == 0 || edge.enable == 0 || (armed_ & edge.enable) == edge.enable) continue;
-    emit(LatchMisuse::StatusBits::kUnarmed, edge.valid, &edge);
-  }
-  const std::uint8_t acknowledge = latch_->Acknowledge(word.value);
-  const bool asked =
-      latch_->Selector(control_.value) != 0 || (selected_ >> std::min<unsigned>(acknowledge, 31U) & 1U) != 0;
-  if (acknowledge != 0 && (changed & latch_->acknowledge_mask) != 0 && !asked) {
-    emit(LatchMisuse::StatusBits::kUnselected, acknowledge, nullptr);
-  }
 }
 
 // --- SDO ----------------------------------------------------------------------------------------------------------
 
 void LatchUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
   if (latch_ == nullptr || !transfer.has_object || transfer.complete_access || transfer.data.empty()) return;
+  const bool is_word = transfer.subindex == 0 && transfer.data.size() <= 2;
+  if (transfer.service == mailbox::SdoService::kDownload && is_word) {
+    // Accepted or not.
+    const auto word = static_cast<std::uint16_t>(UnsignedOf(transfer.data));
+    const FrameNo frame = (transfer.request.seen() ? transfer.request : transfer.response).number;
+    if (transfer.index == latch_->control_object) unasked_.OnControl(word, frame);
+    if (transfer.index == LatchPlaces::kTouchProbeFunction) unasked_.OnProbe(word, frame);
+  }
   const bool assumed = transfer.outcome == mailbox::SdoOutcome::kNotCaptured;
   if (transfer.outcome != mailbox::SdoOutcome::kCompleted && !assumed) return;
   const std::uint64_t value = UnsignedOf(transfer.data);
-  if (transfer.service == mailbox::SdoService::kDownload && transfer.subindex == 0 && transfer.data.size() <= 2) {
+  if (transfer.service == mailbox::SdoService::kDownload && is_word) {
     const FrameRef& request = transfer.request.seen() ? transfer.request : transfer.response;
     const FrameRef& response = transfer.response.seen() ? transfer.response : request;
     const LatchWord word{static_cast<std::uint16_t>(value), request, request.number, response.number, true, assumed};
@@ -300,6 +286,8 @@ void LatchUnit::OnUpload(const mailbox::SdoTransfer& transfer, std::uint64_t val
     OnStatus({word, response, request.number, response.number, true, false});
     return;
   }
+  if (transfer.index == LatchPlaces::kTouchProbeFunction && word_object) unasked_.OnProbe(word, request.number);
+  if (transfer.index == latch_->control_object && word_object) unasked_.OnControl(word, request.number);
   if (transfer.index == latch_->control_object && word_object && !control_.known) {
     // What the drive reports is no mistake of the master; it only shows the state.
     edges_.Need();
@@ -325,6 +313,7 @@ void LatchUnit::OnUpload(const mailbox::SdoTransfer& transfer, std::uint64_t val
 void LatchUnit::Finish() {
   if (latch_ == nullptr) return;
   selector_.Finish();
+  unasked_.Finish();
   for (std::size_t n = 0; n < edges_.size(); ++n) edges_.Finish(n, status_);
 }
 

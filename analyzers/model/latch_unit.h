@@ -13,7 +13,7 @@
 ///
 ///   LatchPlaces    where the words lie          LatchSelector  the edge that is read
 ///   LatchEdges     captures, edge by edge       ProbeConflict  touch probes that use the same capture unit
-///   LatchReporter  what was reported
+///   LatchReporter  what was reported              LatchUnasked   what no control word asked for
 ///
 /// Touch probes (60B8h, 60B9h) have the same life without selectors; in continuous mode only the first capture shows.
 ///
@@ -30,6 +30,7 @@
 #include "analyzers/model/latch_places.h"
 #include "analyzers/model/latch_reporter.h"
 #include "analyzers/model/latch_selector.h"
+#include "analyzers/model/latch_unasked.h"
 #include "analyzers/model/latch_words.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/probe_conflict.h"
@@ -60,7 +61,8 @@ class LatchUnit {
         report_(slave, words == Words::kLatch, sink),
         edges_(control_, process, report_, captures),
         selector_(control_, status_, edges_, report_),
-        probe_(control_, edges_, report_) {}
+        probe_(control_, edges_, report_),
+        unasked_(control_, status_, report_) {}
   LatchUnit(const LatchUnit&) = delete;
   LatchUnit& operator=(const LatchUnit&) = delete;
 
@@ -76,6 +78,8 @@ class LatchUnit {
   void OnSdo(const mailbox::SdoTransfer& transfer);
   /// The slave leaves the states in which it has process data: its latches begin again, not evaluated.
   void Forget();
+  /// Frames are missing from the capture before this one.
+  void OnGap(FrameNo frame) { unasked_.OnGap(frame); }
   /// The capture has ended.
   void Finish();
 
@@ -106,6 +110,7 @@ class LatchUnit {
   void Follow(const ProcessCycle& cycle);
   void OnOutputs(const ProcessCycle& cycle, const LatchPart& part);
   void OnInputs(const ProcessCycle& cycle, const LatchPart& part);
+  void NoteSent(const ProcessCycle& cycle, const LatchPart& part);
   void TakeOutputs(const ProcessCycle& cycle, const LatchPart& part);
   void TakeInputs(const ProcessCycle& cycle, const LatchPart& part);
   void OnCyclicStatus(const ProcessCycle& cycle, const LatchPart& part);
@@ -115,10 +120,6 @@ class LatchUnit {
   void OnStatus(const LatchWord& word);
   void OnUpload(const mailbox::SdoTransfer& transfer, std::uint64_t value);
   void CheckState(const LatchWord& word, std::uint16_t before);
-  void CheckStatus(const LatchWord& word, bool first, std::uint16_t changed);
-
-  /// In the first status words a value may be left from before.
-  static constexpr std::uint64_t kSettledWords = 3;
 
   const Words words_;
   const AlMachine& al_;
@@ -128,14 +129,13 @@ class LatchUnit {
 
   LatchControl control_;
   LatchStatus status_;
-  std::uint16_t armed_ = 0;     ///< bits that were 1 in a control word since the slave went to SAFEOP
-  std::uint32_t selected_ = 0;  ///< bit n: selector n was in one
   std::array<std::uint64_t, kMaxInputs> input_changes_{};
   LatchPlaces places_;
   LatchReporter report_;
   LatchEdges edges_;
   LatchSelector selector_;
   ProbeConflict probe_;
+  LatchUnasked unasked_;
 };
 
 }  // namespace ecaudit::model

@@ -48,8 +48,13 @@ struct LatchStatus {
   bool gap = false;     ///< inputs are missing since
   bool cyclic = false;  ///< it is in process data
   std::uint64_t words = 0;
+  std::uint64_t words_before = 0;  ///< of these, the ones before Forget()
 
-  void Forget() { known = gap = false; }
+  void Forget() {
+    known = gap = false;
+    words_before = words;
+  }
+  [[nodiscard]] std::uint64_t since_forget() const { return words - words_before; }
   /// It came once more.
   void Seen(const FrameRef& in, FrameNo not_before) {
     frame = in;

@@ -3,9 +3,6 @@
 namespace ecaudit::model {
 namespace {
 
-/// Bits of 60B8h that enable touch probe 1 and 2 (CiA 402).
-constexpr std::array<std::uint16_t, 2> kProbeEnable = {0x0001, 0x0100};
-
 std::uint16_t ProbeBit(std::size_t n) {
   return static_cast<std::uint16_t>(1U << n);
 }
@@ -26,14 +23,14 @@ void ProbeConflict::SetFamily(const device::LatchDescription* latch) {
 void ProbeConflict::Check(const LatchWord& word) {
   if (!control_.known || !known_) return;
   std::uint16_t conflict = 0;
-  for (std::size_t probe = 0; probe < kProbeEnable.size(); ++probe) {
-    if ((control_.value & latch_enable_[probe]) != 0 && (probe_ & kProbeEnable[probe]) != 0) {
+  for (std::size_t probe = 0; probe < kTouchProbeEnable.size(); ++probe) {
+    if ((control_.value & latch_enable_[probe]) != 0 && (probe_ & kTouchProbeEnable[probe]) != 0) {
       conflict = static_cast<std::uint16_t>(conflict | ProbeBit(probe));
     }
   }
   const auto appeared = static_cast<std::uint16_t>(conflict & ~conflict_);
   conflict_ = conflict;
-  for (std::size_t probe = 0; probe < kProbeEnable.size(); ++probe) {
+  for (std::size_t probe = 0; probe < kTouchProbeEnable.size(); ++probe) {
     if ((appeared & ProbeBit(probe)) == 0) continue;
     LatchMisuse misuse = report_.Misuse(LatchMisuse::Kind::kTouchProbeConflict, word);
     misuse.control = control_.value;

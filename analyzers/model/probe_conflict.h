@@ -12,6 +12,9 @@
 
 namespace ecaudit::model {
 
+/// Bits of 60B8h that enable touch probe 1 and 2 (CiA 402).
+inline constexpr std::array<std::uint16_t, 2> kTouchProbeEnable = {0x0001, 0x0100};
+
 class ProbeConflict {
  public:
   /// @param all must outlive this

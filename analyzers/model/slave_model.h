@@ -70,6 +70,12 @@ struct SlaveModel {
     touch_probe.Forget();
   }
 
+  /// Frames are missing from the capture before this one.
+  void NoteLatchGap(FrameNo frame) {
+    latch.OnGap(frame);
+    touch_probe.OnGap(frame);
+  }
+
   const device::DeviceDescription* profile = nullptr;  ///< never null once the slave is met
   std::string profile_source;                          ///< how it was chosen, for people
   track::IdentityLearned identity;                     ///< what is known so far; where the capture is silent, the ENI's

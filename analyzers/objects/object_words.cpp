@@ -21,10 +21,6 @@ void Join(std::string& text, std::string_view part) {
   text += part;
 }
 
-std::string BitsName(unsigned first, unsigned last) {
-  return first == last ? "bit " + std::to_string(first) : "bits " + std::to_string(first) + "-" + std::to_string(last);
-}
-
 std::string CodeText(const device::EmergencyCode& code) {
   return code.id.empty() ? code.text : code.id + " " + code.text;
 }
@@ -65,6 +61,10 @@ std::string DriveWords(const device::DriveProfile& drive, std::uint16_t index, s
 }
 
 }  // namespace
+
+std::string BitsName(unsigned first, unsigned last) {
+  return first == last ? "bit " + std::to_string(first) : "bits " + std::to_string(first) + "-" + std::to_string(last);
+}
 
 std::vector<const device::FieldbusParameter*> ParameterRows(const DeviceDescription& family, std::string_view keyword,
                                                             std::uint64_t raw) {

@@ -21,6 +21,9 @@ namespace ecaudit::events {
 [[nodiscard]] std::vector<const device::FieldbusParameter*> ParameterRows(const device::DeviceDescription& family,
                                                                           std::string_view keyword, std::uint64_t raw);
 
+/// "bit 3", "bits 4-6".
+[[nodiscard]] std::string BitsName(unsigned first, unsigned last);
+
 /// "F439 user following error", with the family's own table first, then that of a related family ("by ...").
 [[nodiscard]] std::string NumberWords(const device::DeviceDescription& family, const device::FaultObject& object,
                                       std::uint64_t raw);

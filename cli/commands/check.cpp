@@ -29,9 +29,8 @@ class CheckCommand : public Command {
     output_.text.DeclareTime(options);
     output_.text.DeclareQuiet(options);
     options.Footer(
-        "\nExit status: 0 no finding at or above --fail-on, and none that keeps the master from something it "
-        "requested;\n"
-        "1 such a finding, or --require is not met; 2 wrong usage or unreadable input; 130 interrupted: the report\n"
+        "\n" + std::string(kExitStatusHelp) +
+        "130 interrupted: the report\n"
         "covers what was read until then.\n"
         "Example: ecaudit check --rule al-timeout=warning -o json=report.json trace.pcapng");
   }

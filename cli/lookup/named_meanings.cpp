@@ -4,7 +4,7 @@
 #include <set>
 #include <utility>
 
-#include "cli/lookup/manual_rows.h"
+#include "cli/lookup/rows_without_number.h"
 #include "cli/lookup/meanings.h"
 #include "decoder/base/text.h"
 
@@ -148,7 +148,7 @@ void ForEachRow(const DeviceDescription& family, Visit visit) {
   for (const device::Fact& row : family.facts) {
     visit(JoinedRow().Add(row.category).Add(row.name).Take(), row.value, row.note, row.source);
   }
-  for (const ManualRow& row : ManualRows(family)) visit(row.title, row.words, row.note, row.source);
+  for (const RowWithoutNumber& row : RowsWithoutNumber(family)) visit(row.title, row.words, row.note, row.source);
   if (family.dictionary) {
     for (const device::DictionaryObject& row : family.dictionary->objects) {
       if (row.keyword.empty()) continue;

@@ -3,6 +3,7 @@
 #include <cctype>
 
 #include "analyzers/objects/object_names.h"
+#include "analyzers/objects/object_words.h"
 #include "cli/lookup/meanings.h"
 #include "decoder/base/text.h"
 
@@ -110,17 +111,13 @@ void AddWordBits(const std::string& name, const std::vector<device::WordBit>& bi
   }
 }
 
-std::string BitsName(unsigned first, unsigned last) {
-  return first == last ? "bit " + std::to_string(first) : "bits " + std::to_string(first) + "-" + std::to_string(last);
-}
-
 /// Bits and values of objects that are no word of the state machine: of the object itself, and of the fieldbus
 /// parameter that it holds.
 void AddObjectBits(const DeviceDescription& family, const std::string& name, std::uint16_t index,
                    std::optional<std::uint8_t> subindex, std::vector<Statement>& out) {
   for (const device::ObjectBits& row : family.object_bits) {
     if (row.index != index || (subindex && row.subindex != *subindex)) continue;
-    std::string text = BitsName(row.first, row.last);
+    std::string text = events::BitsName(row.first, row.last);
     if (row.value) text += " = " + std::to_string(*row.value);
     text += ": " + row.name;
     Join(text, row.meaning);
@@ -192,8 +189,7 @@ void AddLatchBits(const std::string& name, const device::LatchDescription& latch
   if (!control && index != latch.status_object) return;
   out.push_back({name, control ? "latch control word" : "latch status word", latch.note, latch.source});
   for (const device::LatchField& row : control ? latch.control : latch.status) {
-    std::string text = row.first == row.last ? "bit " + std::to_string(row.first)
-                                             : "bits " + std::to_string(row.first) + "-" + std::to_string(row.last);
+    std::string text = events::BitsName(row.first, row.last);
     if (!row.reserved) text += " (word & " + Hex(row.mask) + ") = " + Hex(row.value);
     out.push_back({name, text + ": " + row.meaning, row.note, row.source});
   }

@@ -101,7 +101,10 @@ EoeIpParameters ParseIpParameters(ByteSpan data) {
   EoeIpParameters parameters;
   parameters.flags = LittleEndian<std::uint32_t>(data, 0);
   const auto has = [&](unsigned bit, std::size_t offset, std::size_t length) {
-    return (parameters.flags >> bit & 1U) != 0 && Fits(data, offset, length);
+    const bool announced = (parameters.flags >> bit & 1U) != 0;
+    const bool fits = Fits(data, offset, length);
+    parameters.cut |= announced && !fits;
+    return announced && fits;
   };
   // IP addresses are numbers here, least significant byte first (192.168.0.139 is 8b 00 a8 c0).
   if (has(0, 4, 6)) parameters.mac = MacAt(data, 4);

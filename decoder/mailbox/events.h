@@ -376,6 +376,7 @@ struct EoeIpParameters {
   std::optional<std::array<std::uint8_t, 6>> mac;
   std::optional<std::uint32_t> ip, subnet_mask, gateway, dns_server;  ///< first number in the most significant byte
   ByteSpan dns_name;  ///< untrusted text without terminator; empty when not given
+  bool cut = false;   ///< the flags announce a setting that the data do not reach
 };
 
 /// EoE messages other than fragments.

@@ -18,17 +18,19 @@ constexpr FindingKind kReserved{
 
 constexpr FindingKind kUnarmed{
     .name = "valid-without-arming",
-    .title = "{edge} becomes valid, but was never armed",
-    .message = R"(The latch status word changes to {status_word} in {frame}[{?by_sdo} (by SDO)]: {edge} is valid. Its
-enable bits {bits} were not 1 together in any control word of the capture; the last one is {control_word}.)",
-    .next = "Find out who arms this edge: a second control word by SDO, or the program of the drive.",
+    .title = "Latch status: {edge} is valid, but was never armed",
+    .message = R"(The latch status word changes to {status_word} in {frame}[{?by_sdo} (by SDO)]: {edge} is valid. In
+the control words that the capture shows since SAFEOP its enable bits {bits} are not all 1. The last one is
+{control_word}.)",
+    .next = "Check whether a control word by SDO or a program in the drive arms this edge.",
     .identity = "edge"};
 
 constexpr FindingKind kUnselected{
     .name = "acknowledge-without-selector",
     .title = "Selector {selector} is acknowledged, but was never set",
     .message = R"(The latch status word changes to {status_word} in {frame}[{?by_sdo} (by SDO)]: it acknowledges read
-selector {selector}. No control word of the capture has this selector; the last one is {control_word}.)",
+selector {selector}. No control word that the capture shows since SAFEOP has this selector. The last one is
+{control_word}.)",
     .next = "Compare the PDO mapping with what the master reads: another object may lie there.",
     .identity = "selector"};
 
@@ -55,8 +57,10 @@ Such a word is often no status word: the mapping is shifted, and positions are r
 
 ## How it is decided
 - Reserved bits count each time they change to 1, and in the first word.
-- Valid bits and acknowledges count if they change after three status words, while the control word is known.
-- All control words since SAFEOP count, also those that the drive may not have accepted.
+- Valid bits and acknowledges count from the third status word since SAFEOP on, while the control word is known.
+- All control words since SAFEOP count, also those that the drive may not have accepted, or that never returned.
+- An edge that shares its capture unit with a touch probe is not evaluated while 60B8h has enabled that touch probe.
+- After a capture gap valid bits and acknowledges are not evaluated: control words may be missing.
 - An acknowledge while another selector is set belongs to latch-ack-mismatch.
 
 ## Example

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "cli/lookup/meanings.h"
-#include "cli/lookup/profile_facts.h"
+#include "cli/lookup/phrase_mentions.h"
 #include "decoder/device/profile_registry.h"
 
 namespace ecaudit::cli {

@@ -144,6 +144,8 @@ TEST(Eoe, IpParameters) {
   const EoeIpParameters cut = ParseIpParameters(ByteSpan(bytes).first(13));
   EXPECT_TRUE(cut.mac.has_value());
   EXPECT_FALSE(cut.ip.has_value());
+  EXPECT_TRUE(cut.cut);
+  EXPECT_FALSE(ip.cut);
   EXPECT_FALSE(ParseIpParameters({}).mac.has_value());
 }
 

@@ -1,9 +1,10 @@
-#include "cli/lookup/manual_rows.h"
+#include "cli/lookup/rows_without_number.h"
 
 #include <optional>
 #include <string_view>
 #include <utility>
 
+#include "analyzers/objects/object_words.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 
@@ -34,11 +35,6 @@ std::string_view BasisText(Basis basis) {
   return "";
 }
 
-std::string BitsText(unsigned first, unsigned last) {
-  return first == last ? " bit " + std::to_string(first)
-                       : " bits " + std::to_string(first) + "-" + std::to_string(last);
-}
-
 class Rows {
  public:
   void Add(std::string title, std::string words, const std::string& note, const std::string& source) {
@@ -58,10 +54,10 @@ class Rows {
       Of(std::string(title), std::string(unset), fact);
     }
   }
-  [[nodiscard]] std::vector<ManualRow> Take() { return std::move(rows_); }
+  [[nodiscard]] std::vector<RowWithoutNumber> Take() { return std::move(rows_); }
 
  private:
-  std::vector<ManualRow> rows_;
+  std::vector<RowWithoutNumber> rows_;
 };
 
 void AddStates(const DeviceDescription& family, Rows& rows) {
@@ -124,7 +120,7 @@ void AddMailbox(const device::MailboxDescription& mailbox, Rows& rows) {
   }
   for (const device::MailboxByte& row : mailbox.layout) {
     rows.Of("mailbox byte",
-            std::to_string(row.byte) + BitsText(row.first, row.last) + " of a " +
+            std::to_string(row.byte) + " " + events::BitsName(row.first, row.last) + " of a " +
                 std::string(MessageName(row.request)) + ", " + row.meaning,
             row);
   }
@@ -222,7 +218,7 @@ void AddSync(const device::SyncDescription& sync, Rows& rows) {
 
 }  // namespace
 
-std::vector<ManualRow> ManualRows(const DeviceDescription& family) {
+std::vector<RowWithoutNumber> RowsWithoutNumber(const DeviceDescription& family) {
   Rows rows;
   AddStates(family, rows);
   AddMailbox(family.mailbox, rows);

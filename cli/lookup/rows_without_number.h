@@ -9,7 +9,7 @@
 namespace ecaudit::cli::lookup {
 
 /// One row: what it is about ("CoE service"), and what the manual states of it ("2 SDO request").
-struct ManualRow {
+struct RowWithoutNumber {
   std::string title;
   std::string words;
   std::string note;
@@ -17,6 +17,6 @@ struct ManualRow {
 };
 
 /// All of them, what the family inherits included, in the order of the profile.
-[[nodiscard]] std::vector<ManualRow> ManualRows(const device::DeviceDescription& family);
+[[nodiscard]] std::vector<RowWithoutNumber> RowsWithoutNumber(const device::DeviceDescription& family);
 
 }  // namespace ecaudit::cli::lookup

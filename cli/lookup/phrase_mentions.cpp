@@ -1,4 +1,4 @@
-#include "cli/lookup/profile_facts.h"
+#include "cli/lookup/phrase_mentions.h"
 
 #include <algorithm>
 #include <cctype>
@@ -116,13 +116,13 @@ std::vector<ProfileFact> FactsOf(std::string_view profile_text) {
   return facts;
 }
 
-bool HasWords(std::string_view text, std::string_view word) {
-  if (word.empty() || word.size() > text.size()) return false;
-  for (std::size_t at = 0; at + word.size() <= text.size(); ++at) {
-    const bool same = std::equal(word.begin(), word.end(), text.begin() + static_cast<std::ptrdiff_t>(at),
+bool HasWords(std::string_view text, std::string_view words) {
+  if (words.empty() || words.size() > text.size()) return false;
+  for (std::size_t at = 0; at + words.size() <= text.size(); ++at) {
+    const bool same = std::equal(words.begin(), words.end(), text.begin() + static_cast<std::ptrdiff_t>(at),
                                  [](char a, char b) { return Lower(a) == Lower(b); });
     if (!same || (at > 0 && InWord(text[at - 1]))) continue;
-    const std::size_t end = at + word.size();
+    const std::size_t end = at + words.size();
     if (end == text.size() || !InWord(text[end])) return true;
   }
   return false;

@@ -1,4 +1,4 @@
-/// Every row of a profile file as text, so that a name, a number or a parameter is found wherever a manual mentions it.
+/// Finds a phrase (two words or more, or a name with a dot) in any row of a profile file.
 #pragma once
 
 #include <string>
@@ -24,8 +24,8 @@ struct ProfileFact {
 /// All rows of the text of a profile, in the order of the file. Empty if it is no JSON.
 [[nodiscard]] std::vector<ProfileFact> FactsOf(std::string_view profile_text);
 
-/// Whether the text has `word` as a whole word, in any case. "F28" is not in "F281", "PTBASE" is in "PTBASE = 1".
-[[nodiscard]] bool HasWords(std::string_view text, std::string_view word);
+/// Whether the text has `words` as whole words, in any case. "F28" is not in "F281", "PTBASE" is in "PTBASE = 1".
+[[nodiscard]] bool HasWords(std::string_view text, std::string_view words);
 
 /// Adds what the manuals of the families mention by that phrase, or by a name with a dot; single words are too many.
 /// What `out` cites already is left out.
