@@ -25,7 +25,8 @@ struct ParameterValue {
                                                     const std::optional<device::DriveParameter>& parameter);
 
 /// The cycle that object 60C2h states, ns: units times ten to the power of the index seconds. Nothing unless the master
-/// wrote at least one part, and wrote or read the other one; 60C2h:1 is 1 to 255, and the exponent in 60C2h:2 is -9 to -1.
+/// wrote at least one part, and wrote or read the other one; 60C2h:1 is 1 to 255, and the exponent in 60C2h:2 is -9 to
+/// -1.
 [[nodiscard]] std::optional<TimeNs> InterpolationTime(const SlaveModel& slave);
 
 }  // namespace ecaudit::model

@@ -45,7 +45,8 @@ class EntryPort {
   [[nodiscard]] unsigned open_ports() const { return open_; }
   /// Receive times of port 0 and another port were read that are of one frame, and both ports are open.
   [[nodiscard]] bool compared() const;
-  /// @return evidence that frames enter at another port than 0; nothing: there is none, or the reads do not show the port
+  /// @return evidence that frames enter at another port than 0; nothing: there is none, or the reads do not show the
+  /// port
   [[nodiscard]] std::optional<Evidence> evidence() const;
 
  private:

@@ -59,10 +59,10 @@ bool LatchUnasked::AskedFor(const LatchMisuse& misuse) const {
 
 /// A frame that never returned was sent before the occasion, or a response by SDO came late.
 void LatchUnasked::DropWhatWasAskedFor(FrameNo frame) {
-  held_.erase(std::remove_if(
-                  held_.begin(), held_.end(),
-                  [&](const Occasion& held) { return frame < held.first.frame.number && AskedFor(held.first); }),
-              held_.end());
+  held_.erase(
+      std::remove_if(held_.begin(), held_.end(),
+                     [&](const Occasion& held) { return frame < held.first.frame.number && AskedFor(held.first); }),
+      held_.end());
 }
 
 LatchMisuse LatchUnasked::Misuse(const LatchWord& word, StatusBits bits, std::uint16_t value) const {

@@ -28,11 +28,10 @@ class CheckCommand : public Command {
     output_.Declare(options, NamesOf(report::Formats()));
     output_.text.DeclareTime(options);
     output_.text.DeclareQuiet(options);
-    options.Footer(
-        "\n" + std::string(kExitStatusHelp) +
-        "130 interrupted: the report\n"
-        "covers what was read until then.\n"
-        "Example: ecaudit check --rule al-timeout=warning -o json=report.json trace.pcapng");
+    options.Footer("\n" + std::string(kExitStatusHelp) +
+                   "130 interrupted: the report\n"
+                   "covers what was read until then.\n"
+                   "Example: ecaudit check --rule al-timeout=warning -o json=report.json trace.pcapng");
   }
 
   [[nodiscard]] ExitStatus Run(Console& console) override {

@@ -29,8 +29,7 @@ class SignalsCommand : public Command {
     options.Value("--every", "N", every_, "of the frames of each kind, only the first of every N");
     options.Group("Output");
     options.Flag("--states", states_,
-                 "control and status words also as command and state of the drive; other values that the manual "
-                 "describes in words");
+                 "control and status words also as command and state of the drive; other values in words");
     options.Flag("--scaled", scaled_, "divide values by their scale where it is known (default: as on the wire)");
     options.Footer(
         "\nA row is a frame with process data; columns: time_s (seconds from the first packet), dc_time_ns (system "

@@ -4,8 +4,8 @@
 #include <set>
 #include <utility>
 
-#include "cli/lookup/rows_without_number.h"
 #include "cli/lookup/meanings.h"
+#include "cli/lookup/rows_without_number.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli::lookup {

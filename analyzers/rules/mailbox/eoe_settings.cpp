@@ -17,14 +17,16 @@ constexpr FindingKind kRefused{
     .message = R"(The master sends IP settings for EoE to the slave[ in {request_frame}]. The slave answers in {frame}
 with {result}[ ({meaning})]. So these settings do not apply.[ It accepts other settings, or the same, in
 {accepted_frame}.])",
-    .next = "[{!accepted_frame}Correct the EoE settings of the slave in the master, or switch EoE off for it.]"
-            "[{?accepted_frame}Check whether the slave has the settings that are intended for it.]",
+    .next =
+        "[{!accepted_frame}Correct the EoE settings of the slave in the master, or switch EoE off for it.]"
+        "[{?accepted_frame}Check whether the slave has the settings that are intended for it.]",
     .identity = "result"};
 
 constexpr FindingKind kIncomplete{
     .name = "incomplete",
     .title = "IP settings without {missing}",
-    .message = R"(The master sends IP settings for EoE to the slave in {frame} (flags {flags}). Not among them: {missing}.
+    .message =
+        R"(The master sends IP settings for EoE to the slave in {frame} (flags {flags}). Not among them: {missing}.
 Ethernet over the bus needs both an IP address and a subnet mask. The slave may have the missing one already.)",
     .next = "Complete the EoE settings of the slave in the master.",
     .identity = "missing"};
@@ -124,7 +126,7 @@ class EoeSettings final : public Rule {
     Report(key, Severity::kInfo, std::move(finding));
   }
 
-  PendingFindings refused_;                 // the slave may accept settings later
+  PendingFindings refused_;              // the slave may accept settings later
   std::map<SlaveId, FrameNo> accepted_;  // last
 };
 
