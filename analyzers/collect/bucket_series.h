@@ -1,7 +1,7 @@
-/// in: values in the order of time.  out: TimeSeries of at most kBuckets buckets.
+/// in: values in the order of time.  out: TimeSeries of at most as many buckets as the limit, kBuckets unless set.
 ///
 /// The width of a bucket doubles, and neighbours merge, whenever the time no longer fits. Memory is constant; a peak
-/// stays in the least and the most of its bucket.
+/// stays in the least and the most of its bucket, and a bit that was ever set or ever clear in `any` and `all`.
 #pragma once
 
 #include <algorithm>
@@ -22,13 +22,21 @@ class BucketSeries {
     if (series_.width == 0) Begin(time);
     if (time < series_.start) return;
     auto at = static_cast<std::uint64_t>(time) - static_cast<std::uint64_t>(series_.start);
-    while (at / static_cast<std::uint64_t>(series_.width) >= kBuckets) Halve();
+    while (at / static_cast<std::uint64_t>(series_.width) >= limit_) Halve();
     at /= static_cast<std::uint64_t>(series_.width);
     if (series_.buckets.size() <= at) series_.buckets.resize(at + 1);
     TimeSeries::Bucket& bucket = series_.buckets[at];
     bucket.least = bucket.count == 0 ? value : std::min(bucket.least, value);
     bucket.most = bucket.count == 0 ? value : std::max(bucket.most, value);
+    const std::uint32_t bits = AsBits(value);
+    bucket.any |= bits;
+    bucket.all = bucket.count == 0 ? bits : bucket.all & bits;
     ++bucket.count;
+  }
+  /// At most `limit` buckets, at least 1, from now on: where there are more, neighbours merge.
+  void Limit(std::size_t limit) {
+    limit_ = limit;
+    while (series_.buckets.size() > limit_) Halve();
   }
   [[nodiscard]] const TimeSeries& series() const { return series_; }
   [[nodiscard]] bool empty() const { return series_.empty(); }
@@ -37,7 +45,6 @@ class BucketSeries {
   void Begin(TimeNs time) {
     series_.start = time;
     series_.width = kFirstWidth;
-    series_.buckets.reserve(kBuckets);
   }
   void Halve() {
     std::vector<TimeSeries::Bucket>& b = series_.buckets;
@@ -48,6 +55,8 @@ class BucketSeries {
         const TimeSeries::Bucket& other = b[2 * i + 1];
         merged.least = merged.count == 0 ? other.least : std::min(merged.least, other.least);
         merged.most = merged.count == 0 ? other.most : std::max(merged.most, other.most);
+        merged.all = merged.count == 0 ? other.all : merged.all & other.all;
+        merged.any |= other.any;
         merged.count += other.count;
       }
       b[i] = merged;
@@ -56,6 +65,13 @@ class BucketSeries {
     series_.width *= 2;
   }
 
+  /// 0 for what is no field of at most 32 bits.
+  static std::uint32_t AsBits(double value) {
+    constexpr double kEnd = 4294967296.0;
+    return value >= 0 && value < kEnd ? static_cast<std::uint32_t>(value) : 0;
+  }
+
+  std::size_t limit_ = kBuckets;
   TimeSeries series_;
 };
 

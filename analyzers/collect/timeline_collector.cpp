@@ -26,6 +26,19 @@ std::size_t Rank(std::uint16_t index) {
   return static_cast<std::size_t>(std::find(kFirst.begin(), kFirst.end(), index) - kFirst.begin());
 }
 
+/// What people read bit by bit: by the object where a standard fixes it, else by its name.
+bool IsBitField(const model::Signal& entry) {
+  if (entry.bits < 8 || entry.bits > 32 || !entry.unit.empty() || !entry.scale.empty()) return false;
+  if (entry.index == 0x6040 || entry.index == 0x6041 || entry.index == 0x60FD || entry.index == 0x60FE) return true;
+  std::string name = entry.name;
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  const auto has = [&name](std::string_view part) { return name.find(part) != std::string::npos; };
+  const auto any = [&has](auto... parts) { return (has(parts) || ...); };
+  return any("word", "latch", "status", "control", "input", "output") &&
+         !any("position", "velocity", "speed", "torque", "current", "value");
+}
+
 double AsDouble(const signals::SignalValue& value) {
   return std::visit([](auto number) { return static_cast<double>(number); }, value);
 }
@@ -51,11 +64,29 @@ void Count(std::unique_ptr<BucketSeries>& series, const FrameRef& frame, double 
 
 }  // namespace
 
+template <typename Do>
+void TimelineCollector::ForEachSignal(Do&& act) {
+  for (Slave& slave : slaves_) {
+    for (const std::unique_ptr<Signal>& signal : slave.signals) act(*signal);
+  }
+  for (auto& [model, slave] : unmet_) {
+    for (const std::unique_ptr<Signal>& signal : slave.signals) act(*signal);
+  }
+}
+
+void TimelineCollector::MakeRoom() {
+  const std::size_t before = buckets_each_;
+  while (buckets_each_ > BucketSeries::kBuckets && buckets_each_ * signals_ > kAllBuckets) buckets_each_ /= 2;
+  if (buckets_each_ == before) return;
+  ForEachSignal([this](Signal& signal) { signal.series.Limit(buckets_each_); });
+}
+
 TimelineCollector::TimelineCollector(const model::BusModel& model, const sync::SyncModel& sync, EventBus& bus,
                                      Timeline& timeline)
     : model_(model), sync_(sync), timeline_(timeline) {
-  bus.ListenTo<model::ProcessCycle, sync::IntervalMeasured, sync::PhaseMeasured, track::FrameLost,
-               mailbox::MailboxMessage>(Stage::kBeforeModel, *this);
+  frames_.Limit(kFinestBuckets);
+  bus.ListenTo<model::ProcessCycle, sync::IntervalMeasured, sync::PhaseMeasured, track::FrameLost, track::Answered,
+               track::LogicalAccess, mailbox::MailboxMessage>(Stage::kBeforeModel, *this);
   bus.ListenTo<mailbox::SdoTransfer, model::DriveStateChanged, model::AlChangedByItself>(Stage::kAfterModel, *this);
   bus.Listen<track::SlaveAccess>(Stage::kAfterModel, *this, &TimelineCollector::On,
                                  MemoryRange::Of(esc::kSystemTimeDifference, 4));
@@ -102,6 +133,15 @@ void TimelineCollector::On(const track::SlaveAccess& access) {
 
 void TimelineCollector::On(const track::FrameLost& event) {
   if (event.sent.ref().has_time) lost_.Add(event.sent.ref().time, 1);
+}
+
+void TimelineCollector::On(const track::Answered& event) {
+  const FrameRef& frame = event.returned.seen() ? event.returned : event.sent;
+  if (frame.has_time) frames_.Add(frame.time, static_cast<double>(frame.number));
+}
+
+void TimelineCollector::On(const track::LogicalAccess& event) {
+  if (event.frame().has_time) frames_.Add(event.frame().time, static_cast<double>(event.frame().number));
 }
 
 void TimelineCollector::On(const mailbox::MailboxMessage& message) {
@@ -159,8 +199,11 @@ TimelineCollector::Signal* TimelineCollector::Find(Slave& slave, const model::Si
     return nullptr;
   }
   ++signals_;
+  MakeRoom();
   Signal& signal = *slave.signals.emplace_back(std::make_unique<Signal>());
+  signal.series.Limit(buckets_each_);
   signal.type = entry.type;
+  signal.about.word = IsBitField(entry);
   signal.divisor = signals::DivisorOf(entry.scale).value_or(1);
   signal.about.output = output;
   signal.about.index = entry.index;
@@ -291,6 +334,7 @@ void TimelineCollector::Conclude() {
 Timeline TimelineCollector::Draw(const sync::CyclicImage* cycle) const {
   Timeline timeline;
   timeline.lost = lost_.series();
+  timeline.frames = frames_.series();
   if (const auto found = cycles_.find(cycle); found != cycles_.end()) {
     timeline.cycle_us = found->second.series.series();
     timeline.cycle_close = found->second.close.kept();

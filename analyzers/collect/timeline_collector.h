@@ -2,7 +2,7 @@
 ///
 /// Only made when such a report is wanted. Memory is constant in the length of the
 /// capture: series of BucketSeries, a bounded number of them, of CloseSeries around findings, and a bounded number of
-/// SDO transfers.
+/// SDO transfers. The fewer signals there are, the finer are their series.
 #pragma once
 
 #include <cstdint>
@@ -31,6 +31,8 @@ class TimelineCollector final : public Collector {
  public:
   static constexpr std::size_t kMaxSignals = 160;       ///< series of process data in all
   static constexpr std::size_t kMaxSlaveSignals = 16;   ///< of one slave
+  static constexpr std::size_t kFinestBuckets = 6400;   ///< of a series, while there are few
+  static constexpr std::size_t kAllBuckets = 256'000;   ///< of the series of process data in all
   static constexpr std::size_t kMaxUnmet = 64;          ///< slaves that only the ENI file knows
   static constexpr std::size_t kMaxSeriesSlaves = 128;  ///< slaves with series of their clocks and mailboxes
   static constexpr std::size_t kMaxClose = 24'000;   ///< single values around findings in all; warnings leave half of
@@ -46,6 +48,8 @@ class TimelineCollector final : public Collector {
   void On(const model::ProcessCycle& cycle);
   void On(const track::SlaveAccess& access);
   void On(const track::FrameLost& event);
+  void On(const track::Answered& event);
+  void On(const track::LogicalAccess& event);
   void On(const mailbox::MailboxMessage& message);
   /// After the model: names and values as they are known then.
   void On(const mailbox::SdoTransfer& transfer);
@@ -99,6 +103,10 @@ class TimelineCollector final : public Collector {
   void LookCloser();
   void LookCloser(const Finding& finding);
   Signal* Find(Slave& slave, const model::Signal& entry, bool output);
+  /// Makes all series of process data coarser where another signal needs room.
+  void MakeRoom();
+  template <typename Do>
+  void ForEachSignal(Do&& act);
 
   const model::BusModel& model_;
   const sync::SyncModel& sync_;
@@ -107,13 +115,14 @@ class TimelineCollector final : public Collector {
   std::deque<std::pair<const model::SlaveModel*, Slave>> unmet_;
   std::unordered_map<std::uint64_t, std::vector<Followed>> followed_;  ///< by serial of the part
   std::size_t signals_ = 0;
+  std::size_t buckets_each_ = kFinestBuckets;
   bool signals_left_out_ = false;
   std::size_t sdos_ = 0;
   const std::vector<Finding>* findings_ = nullptr;
   const sync::CyclicImage* cycle_ = nullptr;  ///< whose intervals are the cycle
   std::size_t looked_at_ = 0;                 ///< of them
   std::size_t close_ = 0;                     ///< values kept around findings
-  BucketSeries lost_;
+  BucketSeries lost_, frames_;
   std::map<const sync::CyclicImage*, Cycle> cycles_;  ///< at most CyclicImages::kMost
 };
 

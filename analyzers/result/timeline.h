@@ -15,6 +15,7 @@ struct TimeSeries {
   struct Bucket {
     double least = 0, most = 0;  ///< meaningless when count is 0
     std::uint64_t count = 0;
+    std::uint32_t any = 0, all = 0;  ///< of values as bits: set in at least one value, set in each
   };
   TimeNs start = 0;  ///< of the first bucket, capture clock
   TimeNs width = 0;  ///< of a bucket, ns
@@ -40,6 +41,7 @@ struct SignalSeries {
   bool name_inferred = false;
   std::string unit;     ///< of the values below; empty: none, or unknown
   bool scaled = false;  ///< divided by the documented scale; else as on the wire
+  bool word = false;    ///< a field of bits: Bucket::any and Bucket::all have a meaning
   TimeSeries values;
   std::vector<CloseValue> close;  ///< every value around findings, in the order of frames
   std::string variable;           ///< what the ENI file calls it; empty: nothing (untrusted text)
@@ -93,6 +95,7 @@ struct SlaveTimeline {
 };
 
 struct Timeline {
+  TimeSeries frames;                    ///< numbers of the frames with answers: which frames belong to a time
   TimeSeries lost;                      ///< frames that did not return: count of each bucket
   TimeSeries cycle_us;                  ///< interval between process data of the cyclic datagram
   std::vector<CloseValue> cycle_close;  ///< each interval around findings, by the frame that ends it

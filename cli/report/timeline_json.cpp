@@ -15,7 +15,7 @@ namespace {
 
 using Bucket = TimeSeries::Bucket;
 
-enum class Shows : std::uint8_t { kValues, kCounts };
+enum class Shows : std::uint8_t { kValues, kCounts, kBits, kFirst };
 
 /// Whole numbers without ".0", which most process data are.
 JsonScalar Number(double value) {
@@ -52,8 +52,15 @@ void PutSeries(JsonObject& out, std::string_view key, const AnalysisResult& resu
       return PutBuckets(json, "count", series, [](const Bucket& bucket) { return bucket.count; });
     }
     PutBuckets(json, "least", series, [](const Bucket& bucket) { return Number(bucket.least); });
+    if (shows == Shows::kFirst) return;
     if (any([](const Bucket& bucket) { return bucket.count != 0 && bucket.most != bucket.least; })) {
       PutBuckets(json, "most", series, [](const Bucket& bucket) { return Number(bucket.most); });
+    }
+    if (shows != Shows::kBits) return;
+    // Between the least and the most value no bit shows what it did.
+    if (any([](const Bucket& bucket) { return bucket.count != 0 && bucket.any != bucket.all; })) {
+      PutBuckets(json, "any", series, [](const Bucket& bucket) { return bucket.any; });
+      PutBuckets(json, "all", series, [](const Bucket& bucket) { return bucket.all; });
     }
   });
 }
@@ -108,7 +115,8 @@ void PutSignal(JsonObject& out, const AnalysisResult& result, const SignalSeries
   out.TextOrNull("variable", signal.variable);
   out.TextOrNull("unit", signal.unit);
   out.Put("scaled", signal.scaled);
-  PutSeries(out, "values", result, signal.values, Shows::kValues);
+  out.Put("word", signal.word);
+  PutSeries(out, "values", result, signal.values, signal.word ? Shows::kBits : Shows::kValues);
   if (signal.close.empty()) return;
   out.Object("close", [&](JsonObject& close) {
     close.Put("at", frames.PlaceOf(signal.close));
@@ -195,6 +203,7 @@ void PutSlaveTimeline(JsonObject& out, const AnalysisResult& result, const Slave
 }  // namespace
 
 void PutTimeline(JsonObject& out, const AnalysisResult& result, const Timeline& timeline) {
+  PutSeries(out, "frames", result, timeline.frames, Shows::kFirst);
   PutSeries(out, "lost", result, timeline.lost, Shows::kCounts);
   PutSeries(out, "cycle_us", result, timeline.cycle_us, Shows::kValues);
   if (!timeline.cycle_close.empty()) {

@@ -64,6 +64,38 @@ TEST(BucketSeries, NothingIsLostWhenBucketsMerge) {
   }
 }
 
+TEST(BucketSeries, BitsOfAllValuesOfABucket) {
+  BucketSeries series;
+  series.Limit(1);
+  for (const double value : {6.0, 3.0, 2.0}) series.Add(kStart, value);
+  EXPECT_EQ(series.series().buckets[0].any, 7U);
+  EXPECT_EQ(series.series().buckets[0].all, 2U);
+  series.Add(kStart + 1'000'000'000, 4);
+  ASSERT_EQ(series.series().buckets.size(), 1U);
+  EXPECT_EQ(series.series().buckets[0].any, 7U);
+  EXPECT_EQ(series.series().buckets[0].all, 0U);
+  series.Add(kStart + 1'000'000'000, -1);
+  series.Add(kStart + 1'000'000'000, 1e300);
+  EXPECT_EQ(series.series().buckets[0].any, 7U);
+}
+
+// As when another signal takes its room: what was measured stays, in fewer buckets.
+TEST(BucketSeries, AFinerSeriesBecomesCoarser) {
+  BucketSeries series;
+  series.Limit(6400);
+  for (TimeNs i = 0; i < 100'000; ++i) series.Add(kStart + i * 1'000'000, static_cast<double>(i));
+  EXPECT_GT(series.series().buckets.size(), 3200U - 1);
+  EXPECT_LE(series.series().buckets.size(), 6400U);
+  series.Limit(BucketSeries::kBuckets);
+  const TimeSeries& out = series.series();
+  EXPECT_LE(out.buckets.size(), BucketSeries::kBuckets);
+  std::uint64_t count = 0;
+  for (const TimeSeries::Bucket& bucket : out.buckets) count += bucket.count;
+  EXPECT_EQ(count, 100'000U);
+  EXPECT_EQ(out.buckets.front().least, 0);
+  EXPECT_EQ(out.buckets.back().most, 99'999);
+}
+
 TEST(BucketSeries, UsesMostOfItsBuckets) {
   BucketSeries series;
   for (TimeNs i = 0; i < 100'000; ++i) series.Add(kStart + i * 1'000'000, static_cast<double>(i));
