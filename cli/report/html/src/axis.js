@@ -29,6 +29,22 @@ export class TimeAxis {
     this.min = this.full.min;
     this.max = this.full.max;
     this.listeners = new Set();
+    this.cursors = { a: null, b: null }; // seconds; what lies between is measured
+    this.armed = null; // "a" or "b": the next click in a plot puts it there
+    this.cursorListeners = new Set();
+  }
+  onCursor(listener) {
+    this.cursorListeners.add(listener);
+    return () => this.cursorListeners.delete(listener);
+  }
+  setCursor(which, time) {
+    if (which) this.cursors[which] = time === null ? null : Math.min(Math.max(time, this.full.min), this.full.max);
+    this.armed = null;
+    for (const listener of this.cursorListeners) listener();
+  }
+  arm(which) {
+    this.armed = this.armed === which ? null : which;
+    for (const listener of this.cursorListeners) listener();
   }
   onChange(listener) {
     this.listeners.add(listener);

@@ -1,8 +1,8 @@
 // Findings in the order in which they are best read: worst first, each cause before its consequences.
 import { copyable, facts, h } from "./dom.js";
 import { count, duration, grouped, hex, seconds, slaveLabel, trim } from "./format.js";
+import { matcher } from "./search.js";
 
-const FIRST = 60;
 const HEX_NAMES = /address|word|code|index|status|control|value|activation|register|vendor|product|revision|logical|start/i;
 
 /// Evidence is named by the rules; numbers that people write in hexadecimal get both forms.
@@ -71,6 +71,45 @@ function findingCard(capture, finding, depth, rules, showInTime) {
     rulePage(rules[finding.rule]));
 }
 
+/// [{key, list: [[index, depth]]}]: a cause with its consequences; alike by rules and severities.
+export function treesOf(capture, order) {
+  const trees = [];
+  for (const [index, depth] of order) {
+    if (depth === 0 || trees.length === 0) trees.push({ list: [], key: "" });
+    const tree = trees[trees.length - 1];
+    const { rule, severity } = capture.findings[index];
+    tree.list.push([index, depth]);
+    tree.key += `${depth} ${severity} ${rule}\n`;
+  }
+  return trees;
+}
+
+/// Words and a severity; what fits is shown unfolded.
+function findingsFilter(cards, folds) {
+  const words = h("input", { type: "search", id: "finding-search", autocomplete: "off" });
+  const severity = h("select", { id: "finding-severity", "aria-label": "Severity" },
+    ["all", "error", "warning", "info"].map((s) => h("option", { value: s === "all" ? "" : s }, s === "all" ? "all severities" : s)));
+  const said = h("span", { role: "status", className: "muted", id: "finding-count" });
+  const apply = () => {
+    const active = words.value.trim() !== "" || severity.value !== "";
+    if (active) for (const { fill } of folds) fill();
+    const fits = matcher(words.value);
+    let shown = 0;
+    for (const { card, finding, text } of cards) {
+      card.hidden = !fits(text) || (severity.value !== "" && finding.severity !== severity.value);
+      shown += card.hidden ? 0 : 1;
+    }
+    for (const { details } of folds) {
+      details.hidden = active && !details.querySelector("article:not([hidden])");
+      details.open = active && !details.hidden;
+    }
+    said.textContent = active ? `${grouped(shown)} of ${count(cards.length, "finding")}` : "";
+  };
+  words.addEventListener("input", apply);
+  severity.addEventListener("input", apply);
+  return h("div", { className: "tools screen" }, h("label", { className: "search", for: "finding-search" }, "Search findings ", words), severity, said);
+}
+
 export function findingsPanel(capture, page, rules, showInTime) {
   const panel = h("section", { className: "panel", id: "findings", "aria-labelledby": "findings-title" },
     h("h2", { id: "findings-title" }, "Findings"));
@@ -79,18 +118,38 @@ export function findingsPanel(capture, page, rules, showInTime) {
     panel.append(h("p", { className: "muted" }, known > 0 ? `None but ${count(known, "finding")} that the baseline lists.` : "None."));
     return panel;
   }
-  const add = (from, to) => {
-    for (const [index, depth] of page.order.slice(from, to)) {
-      panel.append(findingCard(capture, capture.findings[index], depth, rules, showInTime));
-    }
-  };
-  add(0, FIRST);
-  if (page.order.length > FIRST) {
-    panel.append(h("p", null, h("button", { type: "button", id: "all-findings", onclick: (event) => {
-      event.target.parentElement.remove();
-      add(FIRST, page.order.length);
-    } }, `Show the other ${grouped(page.order.length - FIRST)}`)));
-  }
+  const items = treesOf(capture, page.order);
+  const groups = new Map(); // trees that are alike, under the first of them
+  for (const tree of items) groups.set(tree.key, [...(groups.get(tree.key) ?? []), tree]);
+  const cards = [];
+  const make = (tree) => tree.list.map(([index, depth]) => {
+    const finding = capture.findings[index];
+    const card = findingCard(capture, finding, depth, rules, showInTime);
+    const slave = capture.slaves.find((s) => s.position === finding.slave);
+    cards.push({ card, finding, text: `${finding.id} ${finding.severity} ${finding.rule} ${finding.title} ${finding.message} ${slave ? slaveLabel(slave) : "bus"}`.toLowerCase() });
+    return card;
+  });
+  const folds = [...groups.values()].map((alike) => {
+    const [first, ...rest] = alike;
+    panel.append(...make(first));
+    if (rest.length === 0) return null;
+    const slaves = [...new Set(rest.map((tree) => capture.findings[tree.list[0][0]].slave))].sort((a, b) => a - b)
+      .map((position) => capture.slaves.find((s) => s.position === position)?.label ?? "bus");
+    const frames = rest.map((tree) => capture.findings[tree.list[0][0]].frame).filter(Boolean);
+    const details = h("details", { className: "more alike" }, h("summary", null,
+      `${grouped(rest.length)} more like this: ${slaves.length === 1 ? `slave ${slaves[0]}` : `slaves ${slaves.slice(0, 20).join(", ")}${slaves.length > 20 ? " \u2026" : ""}`}` +
+        (frames.length ? `, frames ${frames.slice(0, 8).map(grouped).join("; ")}${frames.length > 8 ? " \u2026" : ""}` : "")));
+    const fill = () => {
+      if (details.dataset.made) return;
+      details.dataset.made = "yes";
+      for (const tree of rest) details.append(...make(tree));
+    };
+    details.addEventListener("toggle", fill);
+    panel.append(details);
+    return { details, fill };
+  }).filter(Boolean);
+  panel.addEventListener("all", () => folds.forEach(({ fill }) => fill()));
+  if (page.order.length > 3) panel.querySelector("h2").after(findingsFilter(cards, folds));
   if (known > 0) panel.append(h("p", { className: "note" }, `${count(known, "finding")} more are known from the baseline.`));
   return panel;
 }
@@ -102,6 +161,8 @@ function coverageLine(coverage) {
   const without = coverage.by_chapter.filter((c) => applicable(c) === 0).map((c) => c.chapter);
   const part = coverage.partly > 0 ? `, ${grouped(coverage.partly)} in part` : "";
   return h("p", { id: "coverage" },
+    `A check is one rule for one slave. Of ${count(applicable(coverage), "check")} that apply to this bus, the capture shows enough for ${grouped(coverage.judged)}` +
+      `${coverage.partly > 0 ? `, for ${grouped(coverage.partly)} only during a part of it` : ""}; for ${grouped(coverage.not_judged)} it does not, so nothing is known there, good or bad. `,
     `Evaluated, each rule once for a slave: ${grouped(coverage.judged)} of ${grouped(applicable(coverage))}${part}: `,
     chapters.map((c, i) => [i > 0 && ", ",
       h("span", { className: "nowrap" }, `${c.chapter} ${grouped(c.judged)}/${grouped(applicable(c))}`)]),

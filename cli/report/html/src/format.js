@@ -32,7 +32,7 @@ export function number(value) {
 
 export function slaveLabel(slave) {
   const inside = [slave.name, slave.station_address !== null ? hex(slave.station_address) : null].filter(Boolean);
-  return `Slave ${slave.position}` + (inside.length ? ` (${inside.join(", ")})` : "");
+  return `Slave ${slave.label}` + (inside.length ? ` (${inside.join(", ")})` : "");
 }
 
 export const fileName = (path) => path.slice(path.lastIndexOf("/") + 1) || path;

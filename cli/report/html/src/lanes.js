@@ -2,10 +2,12 @@
 import uPlot from "uplot";
 import { clock, clockText } from "./axis.js";
 import { closeOf, closeRange, spread } from "./close.js";
-import { h } from "./dom.js";
-import { count, duration, hex, trim } from "./format.js";
+import { savePng, saveSvg } from "./export.js";
+import { copyable, h } from "./dom.js";
+import { count, duration, fileName, grouped, hex, shellWord, trim } from "./format.js";
 import { overlay } from "./overlay.js";
-import { css, followTime, live, LEFT, mount, selectTime, timeAxis, timeCursor } from "./plots.js";
+import { css, drawCursors, followTime, live, LEFT, mount, selectTime, timeAxis, timeCursor } from "./plots.js";
+import { FrameIndex } from "./track.js";
 import { AL_STATES, alSegments, DRIVE_STATES, driveSegments } from "./states.js";
 
 const MAX_LANES = 64;
@@ -43,21 +45,33 @@ function buildLanes(capture, page) {
     if (drive.length) rows.push({ kind: "drive", segments: drive });
     if (drawn?.mailbox) rows.push({ kind: "mailbox", series: drawn.mailbox });
     const lane = {
-      label: `${slave.position}`,
+      label: slave.label,
       more: slave.name || (slave.station_address !== null ? hex(slave.station_address) : ""),
       marks: marksOf(slave.position),
       rows,
       slaves: [slave.position],
       key: lookOf(rows, end),
     };
-    const before = lanes[lanes.length - 1];
-    if (before?.slaves && lane.marks.length + before.marks.length === 0 && before.key === lane.key) {
+    // One of those that are alike stands for all, also where others are between them.
+    const before = lane.marks.length === 0 ? lanes.find((l) => l.slaves && l.marks.length === 0 && l.key === lane.key) : null;
+    if (before) {
       before.slaves.push(slave.position);
-      before.label = `${before.slaves[0]}\u2013${slave.position}`;
+      before.label = ranges(before.slaves.map((s) => s + (capture.count_from ?? 0)));
       if (before.more !== lane.more) before.more = "alike";
     } else lanes.push(lane);
   }
   return lanes;
+}
+
+/// "0\u20132, 5": positions in order.
+export function ranges(numbers) {
+  const out = [];
+  for (const n of numbers) {
+    const last = out[out.length - 1];
+    if (last && n === last[1] + 1) last[1] = n;
+    else out.push([n, n]);
+  }
+  return out.map(([a, b]) => (a === b ? `${a}` : `${a}\u2013${b}`)).join(", ");
 }
 
 /// What a lane looks like, to the width of a few pixels: slaves that a master starts in turn differ by less.
@@ -99,8 +113,7 @@ function place(lanes) {
   return y;
 }
 
-function drawLanes(u, lanes, focus) {
-  const { ctx } = u;
+function drawLanes(u, ctx, lanes, focus) {
   const r = uPlot.pxRatio;
   const { left, top, width } = u.bbox;
   const x = (t) => u.valToPos(t, "x", true);
@@ -239,11 +252,11 @@ function exchangeAt(row, time) {
 }
 
 /// What lies under the pointer, in words.
-function textAt(u, lanes, left, top) {
+function textAt(u, lanes, left, top, frames) {
   const lane = lanes.find((l) => top >= l.top && top < l.bottom + 2);
   if (!lane) return "";
   const now = u.posToVal(left, "x");
-  const lines = [`${trim(now, 6)} s${clock.start === null ? "" : `, ${clockText(now)} UTC`}`];
+  const lines = [`${trim(now, 6)} s${clock.start === null ? "" : `, ${clockText(now)} UTC`}${frames?.text(now) ? `, ${frames.text(now)}` : ""}`];
   const marks = lane.marks.filter((mark) => near(u, mark, left)).reverse();
   for (const mark of marks.slice(0, 4)) {
     lines.push(`${GLYPHS[mark.severity]} ${mark.id}: ${mark.title} (frame ${mark.frame}${mark.count > 1 ? `, seen ${count(mark.count, "time")}` : ""}${mark.to > mark.time ? ` over ${duration((mark.to - mark.time) * 1000)}` : ""})`);
@@ -260,7 +273,7 @@ function textAt(u, lanes, left, top) {
     const segment = row.segments.find((s) => time >= s.from && time < s.to);
     if (segment) lines.push(`${{ al: "AL state: ", drive: "Drive: " }[row.kind] ?? ""}${segment.label}, from frame ${segment.frame}, ${duration((segment.to - segment.from) * 1000)}`);
   }
-  return lines.length > 1 ? lines.join("\n") : "";
+  return lines.join("\n");
 }
 
 function legend(lanes) {
@@ -299,31 +312,83 @@ export function stateStrips(axis, rows, label) {
       axes: [timeAxis(), { size: LEFT, grid: { show: false }, ticks: { show: false }, values: (u, splits) => splits.map(() => "") }],
       hooks: {
         draw: [(u) => {
-          drawLanes(u, lanes, { time: null, id: null });
-          drawLabels(u, lanes);
+          drawLanes(u, u.ctx, lanes, { time: null, id: null });
+          drawLabels(u, u.ctx, lanes);
         }],
         setSelect: [selectTime(axis)],
       },
     }, [[axis.full.min, axis.full.max], [null, null]], label);
     followTime(plot, axis);
     plot.over.append(tip);
-    hover(plot, lanes, tip);
+    hover(plot, lanes, tip, null);
   }));
   return box;
 }
 
-function hover(plot, lanes, tip) {
+function hover(plot, lanes, tip, frames) {
   plot.over.addEventListener("mousemove", (event) => {
     const area = plot.over.getBoundingClientRect();
     const left = event.clientX - area.left;
     const top = event.clientY - area.top;
-    const text = textAt(plot, lanes, left, top);
+    const text = textAt(plot, lanes, left, top, frames);
     tip.hidden = text === "";
     tip.textContent = text;
     tip.style.left = `${Math.max(0, Math.min(left + 14, area.width - tip.offsetWidth - 4))}px`;
     tip.style.top = `${top + 16}px`;
   });
   plot.over.addEventListener("mouseleave", () => { tip.hidden = true; });
+}
+
+/// The buttons that place the cursors, and what lies between them.
+function cursorParts(axis, frames) {
+  const button = (which) => h("button", { type: "button", id: `cursor-${which}`, "aria-pressed": "false",
+    title: "Then click into a plot", onclick: () => axis.arm(which) }, `Cursor ${which.toUpperCase()}`);
+  const buttons = [button("a"), button("b")];
+  const text = h("span");
+  const clear = h("button", { type: "button", onclick: () => {
+    axis.cursors.b = null;
+    axis.setCursor("a", null);
+  } }, "Remove cursors");
+  const readout = h("p", { className: "cursors", id: "cursors", hidden: true }, text, clear);
+  const say = () => {
+    const { a, b } = axis.cursors;
+    buttons.forEach((one, i) => one.setAttribute("aria-pressed", String(axis.armed === "ab"[i])));
+    const one = (name, time) => (time === null ? null
+      : `${name} ${trim(time, 9)} s${clock.start === null ? "" : ` (${clockText(time)} UTC)`}${frames.text(time) ? `, ${frames.text(time)}` : ""}`);
+    const parts = [one("A", a), one("B", b)];
+    if (a !== null && b !== null) {
+      const [first, second] = [frames.at(a)?.[0], frames.at(b)?.[0]];
+      parts.push(`B \u2212 A = ${duration((b - a) * 1000)}` + (a !== b ? ` (${trim(1 / Math.abs(b - a), 3)} Hz)` : "") +
+        (first !== undefined && second !== undefined ? `, ${grouped(second - first)} frames` : ""));
+    }
+    text.textContent = parts.filter(Boolean).join("; ");
+    readout.hidden = text.textContent === "";
+  };
+  axis.onCursor(say);
+  return { buttons, readout };
+}
+
+/// The command that writes every value of what is shown.
+function samplesCommand(capture, axis, frames) {
+  const file = capture.capture.path;
+  if (!capture.slaves.length || file === "-" || file.includes(", ")) return { line: null };
+  const line = h("p", { className: "note", id: "all-samples" });
+  const command = () => {
+    const half = Math.max((axis.max - axis.min) / 2, 1e-6);
+    const middle = (axis.min + axis.max) / 2;
+    const whole = axis.min === axis.full.min && axis.max === axis.full.max;
+    const frame = whole ? null : frames.at(middle)?.[0];
+    const around = whole ? "" : ` --around ${frame ? `'#${frame}'` : trim(middle, 6)} --window ${trim(half, half < 0.001 ? 9 : 6)}`;
+    return `ecaudit signals ${shellWord(file)}${around} -o signals.csv`;
+  };
+  const say = () => line.replaceChildren("All values of this view: ", ...copyable(command(), "command"));
+  let waiting = 0;
+  axis.onChange(() => {
+    clearTimeout(waiting);
+    waiting = setTimeout(say, 60);
+  });
+  say();
+  return { line };
 }
 
 export function lanesPanel(capture, page, axis) {
@@ -334,6 +399,16 @@ export function lanesPanel(capture, page, axis) {
   const focus = { time: null, id: null };
   const box = h("div", { className: "plot" });
   const tip = h("div", { className: "tip", hidden: true });
+  const frames = new FrameIndex(page.timeline?.frames);
+  const pictures = { lanes: null, overlay: null };
+  const cursors = cursorParts(axis, frames);
+  const samples = samplesCommand(capture, axis, frames);
+  const picture = (as, ending) => {
+    const shown = [pictures.lanes, pictures.overlay].filter(Boolean);
+    if (shown.length === 0) return;
+    as(shown, [`${fileName(capture.capture.path)}, ${trim(axis.min, 6)} to ${trim(axis.max, 6)} s`],
+      [...(pictures.overlay?.lines ?? []), cursors.readout.textContent].filter(Boolean), `${fileName(capture.capture.path)}.${ending}`);
+  };
   const button = (text, label, action) => h("button", { type: "button", className: "icon", title: label, "aria-label": label, onclick: action }, text);
   const panel = h("section", { className: "panel", id: "time", "aria-labelledby": "time-title" },
     h("div", { className: "tools" },
@@ -344,16 +419,21 @@ export function lanesPanel(capture, page, axis) {
       button("\u2190", "Earlier", () => axis.pan(-0.25)),
       button("\u2192", "Later", () => axis.pan(0.25)),
       h("button", { type: "button", onclick: () => axis.reset() }, "Whole capture"),
+      cursors.buttons,
+      h("button", { type: "button", id: "save-png", onclick: () => picture(savePng, "png") }, "PNG"),
+      h("button", { type: "button", id: "save-svg", onclick: () => picture(saveSvg, "svg") }, "SVG"),
       clock.start !== null && h("button", { type: "button", id: "clock", "aria-pressed": String(clock.on), onclick: (event) => {
         clock.on = !clock.on;
         event.target.setAttribute("aria-pressed", String(clock.on));
         for (const shown of live) shown.redraw(false, true);
       } }, "Clock times (UTC)")),
     box,
+    cursors.readout,
     legend(lanes),
-    overlay(capture, page, axis, lanes.flatMap((lane) => lane.marks)),
-    h("p", { className: "note screen" }, "Drag to zoom, double-click for the whole capture; when focused, arrows, + and \u2212 move and zoom. Times count from the first packet. Around findings every cycle is shown."),
-    lanes.some((lane) => lane.slaves?.length > 1) && h("p", { className: "note" }, "Neighbours that are alike and have no finding share a lane."),
+    overlay(capture, page, axis, lanes.flatMap((lane) => lane.marks), frames, pictures),
+    samples.line,
+    h("p", { className: "note screen" }, "Drag to zoom, double-click for the whole capture. When a plot has the focus: arrows, + and \u2212 move and zoom; A and B set the cursors at the pointer. Times count from the first packet. Around findings every cycle is shown."),
+    lanes.filter((lane) => lane.slaves?.length > 1).map((lane) => h("p", { className: "note" }, `Slaves ${lane.label} are alike, have no finding, and share a lane.`)),
     drawn < capture.slaves.length && h("p", { className: "note" }, `The first ${drawn} of ${capture.slaves.length} slaves.`),
     capture.slaves.some((s) => s.al.history_left_out || s.drive?.history_left_out) &&
       h("p", { className: "note" }, "States that changed too often to list are left out; their bars end there."));
@@ -378,8 +458,8 @@ export function lanesPanel(capture, page, axis) {
       }],
       hooks: {
         draw: [(u) => {
-          drawLanes(u, lanes, focus);
-          drawLabels(u, lanes);
+          drawLanes(u, u.ctx, lanes, focus);
+          drawLabels(u, u.ctx, lanes);
         }],
         setSelect: [selectTime(axis)],
       },
@@ -387,11 +467,21 @@ export function lanesPanel(capture, page, axis) {
     `Time line of ${count(capture.slaves.length, "slave")} over ${duration(capture.capture.duration_s * 1000)}. The tables of each slave hold the same states.`);
     followTime(plot, axis);
     plot.over.append(tip);
-    hover(plot, lanes, tip);
+    hover(plot, lanes, tip, frames);
+    pictures.lanes = { plot, draw: (ctx) => {
+      drawLanes(plot, ctx, lanes, focus);
+      drawLabels(plot, ctx, lanes);
+      drawCursors(plot, ctx, axis);
+    } };
     let pressed = 0;
-    plot.over.addEventListener("mousedown", (event) => { pressed = event.clientX; });
+    // A click that places a cursor opens no finding.
+    let placing = false;
+    plot.over.addEventListener("mousedown", (event) => {
+      pressed = event.clientX;
+      placing = axis.armed !== null;
+    });
     plot.over.addEventListener("click", (event) => {
-      if (Math.abs(event.clientX - pressed) > 3) return;
+      if (Math.abs(event.clientX - pressed) > 3 || placing) return;
       const area = plot.over.getBoundingClientRect();
       const lane = lanes.find((l) => event.clientY - area.top >= l.top && event.clientY - area.top < l.bottom);
       const marks = lane?.marks.filter((mark) => near(plot, mark, event.clientX - area.left)) ?? [];
@@ -417,8 +507,7 @@ export function lanesPanel(capture, page, axis) {
   };
 }
 
-function drawLabels(u, lanes) {
-  const { ctx } = u;
+function drawLabels(u, ctx, lanes) {
   const r = uPlot.pxRatio;
   const room = u.bbox.left - 12 * r;
   ctx.save();
@@ -428,9 +517,10 @@ function drawLabels(u, lanes) {
     const middle = u.bbox.top + ((lane.rows.length ? lane.rows[0].top + lane.rows[0].height / 2 : (lane.top + lane.bottom) / 2)) * r;
     ctx.font = `600 ${Math.round(12 * r)}px system-ui, sans-serif`;
     ctx.fillStyle = css("--text");
-    ctx.fillText(lane.label, 2 * r, middle);
+    ctx.fillText(lane.label.length > 12 ? `${lane.label.slice(0, 11)}\u2026` : lane.label, 2 * r, middle);
     if (!lane.more) continue;
     const start = 2 * r + ctx.measureText(lane.label).width + 6 * r;
+    if (start > room - 12 * r) continue;
     ctx.font = `${Math.round(12 * r)}px system-ui, sans-serif`;
     ctx.fillStyle = css("--muted");
     let text = lane.more;

@@ -5,11 +5,13 @@ import { findingsPanel, notJudgedPanel } from "./findings.js";
 import { lanesPanel } from "./lanes.js";
 import { live } from "./plots.js";
 import { progressPanel } from "./progress.js";
-import { slavePanel, startUp, unmetPanel } from "./slaves.js";
+import { identityText, slavePanel, startUp, unmetPanel } from "./slaves.js";
 import { busPanel, capturePanel, summaryPanel } from "./summary.js";
 import { timingPanel } from "./timing.js";
 import { topologyPanel } from "./topology.js";
 import { setClock, TimeAxis } from "./axis.js";
+import { matcher } from "./search.js";
+import { FrameIndex } from "./track.js";
 
 let data;
 let report;
@@ -44,14 +46,21 @@ function slavesPart(capture, page, axis) {
       h("summary", null, h("h3", null, "All slaves at once"), h("span", { className: "muted" }, "what the master sent to everybody")),
       startUp(capture.bus.startup)));
   }
-  panels.push(...unmet.map((drawn, i) => unmetPanel(drawn, i, axis)));
+  panels.push(...unmet.map((drawn, i) => unmetPanel(drawn, i, axis, new FrameIndex(page.timeline?.frames))));
   const all = h("button", { type: "button", id: "all-slaves", onclick: () => {
     const open = panels.some((p) => !p.open);
     for (const panel of panels) panel.open = open;
     all.textContent = open ? "Close all" : "Open all";
   } }, "Open all");
+  const field = h("input", { type: "search", id: "slave-search", autocomplete: "off", oninput: () => {
+    const fits = matcher(field.value);
+    panels.forEach((panel, i) => { panel.hidden = !fits(`${panel.querySelector("summary").textContent} ${texts[i] ?? ""}`.toLowerCase()); });
+  } });
+  const texts = capture.slaves.map((s) => `${identityText(s)} ${s.profile ?? ""} ${s.al.state ?? ""}`);
+  const search = h("label", { className: "search", for: "slave-search" }, "Search slaves ", field);
   return h("section", { id: "slaves", "aria-labelledby": "slaves-title" },
     h("div", { className: "tools" }, h("h2", { id: "slaves-title" }, "Slaves"), h("span", { className: "space" }),
+      panels.length > 3 && search,
       panels.length > 1 && panels.length <= 64 && all),
     page.timeline?.signals_left_out && h("p", { className: "note" }, "Not all signals are plotted: at most 16 of a slave, and 160 in all, so that the page stays small. 'ecaudit signals' writes all of them."),
     panels);
@@ -96,10 +105,11 @@ function overviewPanel(current, show) {
 function follow() {
   const id = location.hash.slice(1);
   if (!id) return;
-  if (!document.getElementById(id)) document.getElementById("all-findings")?.click();
+  if (!document.getElementById(id)) document.getElementById("findings")?.dispatchEvent(new Event("all"));
   const target = document.getElementById(id);
   if (!target) return;
-  if (target.tagName === "DETAILS") target.open = true;
+  target.hidden = false;
+  for (let e = target; e; e = e.parentElement) if (e.tagName === "DETAILS") e.open = true;
   target.scrollIntoView();
   if (target.hasAttribute("tabindex")) target.focus({ preventScroll: true });
 }
@@ -162,6 +172,10 @@ async function unpack(text) {
 
 /// Steps that several slaves have alike are told once.
 function completeSteps(capture) {
+  // As people count them; the position stays the name in links, data and commands.
+  const from = report.count_from ?? 0;
+  capture.count_from = from;
+  for (const slave of capture.slaves) slave.label = from ? `${slave.position + from} (position ${slave.position})` : `${slave.position}`;
   for (const { startup } of capture.slaves) {
     if (startup) startup.steps = startup.steps.map((step) => ({ ...capture.alike_steps[step.alike], ...step }));
   }

@@ -1,15 +1,16 @@
 // uPlot with our colours, our zoom and our keys.
 import uPlot from "uplot";
 import { clock, clockText, zoomKey } from "./axis.js";
-import { merged } from "./close.js";
 import { h } from "./dom.js";
 import { equalBins, grouped, hex, number, trim, withUnit } from "./format.js";
+import { css } from "./theme.js";
+import { bitName, bitsOf, drawBit, drawTrack, Track } from "./track.js";
 
 const FONT = "12px system-ui, sans-serif";
 const cursors = uPlot.sync("time");
 export const live = new Set(); // all plots of the page: they are drawn anew when the theme changes
 
-export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+export { css };
 
 function timeTicks(u, splits, index, space, step) {
   if (clock.on) return splits.map((t) => clockText(t, Math.min(9, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)))));
@@ -64,8 +65,25 @@ export function mount(container, options, data, label) {
 
 /// Follows `axis`: selecting, keys and wheel with Ctrl or Shift zoom all plots.
 export function followTime(plot, axis) {
-  axis.onChange((min, max) => plot.setScale("x", { min, max }));
-  plot.over.addEventListener("keydown", (event) => zoomKey(axis, event));
+  // Not as a batch, which draws at once: a selection reaches all plots, and each reads it by the scale it had.
+  const ends = [axis.onChange((min, max) => {
+    plot.setScale("x", { min, max });
+    for (const key of Object.keys(plot.scales)) if (key !== "x" && plot.scales[key].follows) plot.setScale(key, { min: 0, max: 1 });
+  }), axis.onCursor(() => plot.redraw(false, false))];
+  (plot.hooks.destroy ??= []).push(() => {
+    for (const end of ends) end();
+    live.delete(plot);
+  });
+  (plot.hooks.draw ??= []).push((u) => drawCursors(u, u.ctx, axis));
+  plot.over.addEventListener("keydown", (event) => {
+    const key = event.key.toLowerCase();
+    if ((key === "a" || key === "b") && !event.ctrlKey && !event.metaKey && !event.altKey) {
+      axis.setCursor(key, plot.cursor.left >= 0 ? plot.posToVal(plot.cursor.left, "x") : (axis.min + axis.max) / 2);
+    } else zoomKey(axis, event);
+  });
+  plot.over.addEventListener("click", (event) => {
+    if (axis.armed) axis.setCursor(axis.armed, plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, "x"));
+  });
   plot.over.addEventListener("dblclick", () => axis.reset());
   plot.over.addEventListener("wheel", (event) => {
     if (!event.ctrlKey && !event.shiftKey) return;
@@ -73,6 +91,24 @@ export function followTime(plot, axis) {
     const delta = event.deltaY || event.deltaX;
     axis.zoom(delta > 0 ? 1.25 : 0.8, plot.posToVal(plot.cursor.left, "x"));
   }, { passive: false });
+}
+
+/// The two cursors, as lines with their names.
+export function drawCursors(u, ctx, axis) {
+  const r = uPlot.pxRatio;
+  for (const which of ["a", "b"]) {
+    const time = axis.cursors[which];
+    if (time === null || time < axis.min || time > axis.max) continue;
+    const at = Math.round(u.valToPos(time, "x", true));
+    ctx.save();
+    ctx.fillStyle = css("--link");
+    ctx.fillRect(at, u.bbox.top, Math.max(1, Math.round(1.5 * r)), u.bbox.height);
+    ctx.font = `700 ${Math.round(11 * r)}px system-ui, sans-serif`;
+    ctx.textBaseline = "top";
+    ctx.textAlign = which === "a" ? "right" : "left";
+    ctx.fillText(which.toUpperCase(), at + (which === "a" ? -3 : 4) * r, u.bbox.top + 2 * r);
+    ctx.restore();
+  }
 }
 
 export const timeCursor = {
@@ -89,29 +125,6 @@ export function selectTime(axis) {
   };
 }
 
-/// A series of the report, with what was kept around findings -> [x, most, least, frames], with a null where nothing was
-/// measured for long.
-export function points(series, close) {
-  const at = series.at ?? series.least.map((_, i) => i);
-  const steps = at.slice(1).map((a, i) => a - at[i]).sort((a, b) => a - b);
-  const usual = steps.length ? steps[Math.floor(steps.length / 2)] : 1;
-  const pause = Math.max(4, usual * 8);
-  const x = [];
-  const most = [];
-  const least = [];
-  at.forEach((bucket, i) => {
-    if (i > 0 && bucket - at[i - 1] > pause) {
-      x.push(series.start_s + (bucket - 0.5) * series.width_s);
-      most.push(null);
-      least.push(null);
-    }
-    x.push(series.start_s + (bucket + 0.5) * series.width_s);
-    least.push(series.least[i]);
-    most.push((series.most ?? series.least)[i]);
-  });
-  return merged([x, most, least], close);
-}
-
 export function extremes(series) {
   const most = series.most ?? series.least;
   let low = Infinity;
@@ -123,62 +136,157 @@ export function extremes(series) {
   return [low, high];
 }
 
-/// chart: {title, unit, series, close, word (shown in hexadecimal), stepped, note}
+/// Least and most of what a view shows, with some room.
+export function rangeOf(extent) {
+  const [low, high] = extent ?? [0, 1];
+  return low === high ? [low - 1, high + 1] : uPlot.rangeNum(low, high, 0.1, true);
+}
+
+/// What the signal was at `time`, in words; "" where it is not known.
+export function valueText(track, axis, pixels, time, text) {
+  const row = time === null ? null : track.valueAt(time, axis.max - axis.min, pixels);
+  if (!row) return "";
+  return row.least === row.most ? text(row.least) : `${text(row.least)} to ${text(row.most)}`;
+}
+
+/// "A 3 mm, B 8 mm, B \u2212 A = 5 mm"; "" without cursors.
+export function cursorText(track, axis, pixels, text) {
+  const { a, b } = axis.cursors;
+  const at = (time) => (time === null ? null : track.valueAt(time, axis.max - axis.min, pixels));
+  const [first, second] = [at(a), at(b)];
+  const parts = [];
+  if (first) parts.push(`A ${valueText(track, axis, pixels, a, text)}`);
+  if (second) parts.push(`B ${valueText(track, axis, pixels, b, text)}`);
+  if (first && second) {
+    const [low, high] = [second.least - first.most, second.most - first.least];
+    parts.push(`B \u2212 A = ${low === high ? text(low) : `${text(low)} to ${text(high)}`}`);
+  }
+  return parts.join(", ");
+}
+
+/// chart: {title, unit, series, close, word (shown in hexadecimal), stepped, note, frames (FrameIndex), index, bits}
 export function seriesChart(axis, chart) {
-  const { series, unit } = chart;
-  const text = chart.word ? (v) => hex(v) : (v) => number(v);
+  const { series, unit, frames } = chart;
+  const text = chart.word ? (v) => (v < 0 ? number(v) : hex(v)) : (v) => number(v);
   const full = (v) => withUnit(text(v), unit);
   const [low, high] = extremes(series);
   const whole = low === high ? full(low) : `${text(low)} to ${full(high)}`;
   const value = h("span", { className: "value" }, whole);
+  const between = h("span", { className: "value measured" });
+  const point = h("span", { className: "muted point" });
   const box = h("div", { className: "plot" });
+  const track = new Track(series, chart.close);
+  const bits = chart.word && chart.bits ? bitStrips(axis, track, chart.index, chart.bits) : null;
   const figure = h("figure", { className: "chart" },
-    h("figcaption", null, h("span", null, h("b", null, chart.title), chart.note && h("span", { className: "muted" }, ` ${chart.note}`)), value), box);
-  const data = points(series, chart.close);
-  const frames = data.pop();
-  // Least and most coincide where buckets hold one value; the second line is left out then.
-  if (!series.most) data.pop();
-  const line = (name) => ({
-    label: name,
-    stroke: () => css("--plot"),
-    width: 1.25,
-    // Single values are seen as such where there is room for them.
-    points: { show: (u, i, from, to) => data[0].length < 3 || (to - from < 90 && frames[from] !== null), size: 4 },
-    paths: chart.stepped ? uPlot.paths.stepped({ align: 1 }) : undefined,
-  });
+    h("figcaption", null, h("span", null, h("b", null, chart.title), chart.note && h("span", { className: "muted" }, ` ${chart.note}`)), value), box,
+    h("p", { className: "under" }, point, between), bits);
+  let plot = null;
+  const pixels = () => plot?.over.clientWidth || 900;
+  const say = () => {
+    point.textContent = track.pointText(axis.min, axis.max, pixels());
+    between.textContent = cursorText(track, axis, pixels(), full);
+  };
   queueMicrotask(() => requestAnimationFrame(() => {
-    const plot = mount(box, {
+    plot = mount(box, {
       height: 132,
       padding: [8, 26, 0, 0],
-      cursor: { ...timeCursor, points: { size: 6 } },
+      cursor: { ...timeCursor, points: { show: false } },
       scales: {
         x: { time: false, range: () => [axis.min, axis.max] },
-        y: { range: (u, min, max) => (min === max ? [min - 1, max + 1] : uPlot.rangeNum(min, max, 0.1, true)) },
+        y: { follows: true, range: () => rangeOf(track.extent(axis.min, axis.max, pixels())) },
       },
-      series: series.most ? [{}, line("most"), line("least")] : [{}, line("value")],
-      bands: series.most ? [{ series: [1, 2], fill: () => `color-mix(in srgb, ${css("--plot")} 28%, transparent)` }] : [],
+      series: [{}, { paths: () => null, points: { show: false } }],
       axes: [timeAxis(), {
         ...valueAxis((u, splits) => splits.map((v) => (!chart.word ? short(v) : Number.isInteger(v) && v >= 0 ? hex(v) : ""))),
         ...(chart.word && { incrs: Array.from({ length: 17 }, (_, i) => 4 ** i) }),
       }],
       hooks: {
+        draw: [(u) => clipped(u, u.ctx, () => drawTrack(u.ctx, track.view(axis.min, axis.max, pixels()).rows,
+          (t) => u.valToPos(t, "x", true), (v) => u.valToPos(v, "y", true), { color: css("--plot"), stepped: chart.stepped }))],
         setSelect: [selectTime(axis)],
         setCursor: [(u) => {
-          const i = u.cursor.idx;
-          const top = i === null || i === undefined ? null : u.data[1][i];
-          if (top === null || top === undefined) {
+          const time = u.cursor.left >= 0 ? u.posToVal(u.cursor.left, "x") : null;
+          const row = time === null ? null : track.valueAt(time, axis.max - axis.min, pixels());
+          if (!row) {
             value.textContent = whole;
             return;
           }
-          const bottom = series.most ? u.data[2][i] : top;
-          value.textContent = `${trim(u.data[0][i], 6)} s${frames[i] ? `, frame ${frames[i]}` : ""}: ` +
-            (bottom === top ? full(top) : `${text(bottom)} to ${full(top)}`);
+          const where = row.frame ? `frame ${row.frame}` : frames?.text(time);
+          value.textContent = `${trim(time, 6)} s${where ? `, ${where}` : ""}: ` +
+            (row.least === row.most ? full(row.least) : `${text(row.least)} to ${full(row.most)}`);
         }],
       },
-    }, data, `${chart.title} over time: ${whole}`);
+    }, [[axis.full.min, axis.full.max], [low, high]], `${chart.title} over time: ${whole}`);
     followTime(plot, axis);
+    axis.onChange(say);
+    axis.onCursor(say);
+    say();
   }));
   return figure;
+}
+
+export function clipped(u, ctx, draw) {
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(u.bbox.left, u.bbox.top, u.bbox.width, u.bbox.height);
+  ctx.clip();
+  draw();
+  ctx.restore();
+}
+
+/// A lane for each bit that changes, on the axis of the other plots; null where none does.
+export function bitStrips(axis, track, index, bits) {
+  const { moving, set } = bitsOf(track, bits);
+  if (moving.length === 0) return null;
+  const row = 17;
+  const box = h("div", { className: "plot" });
+  const list = (all) => all.map((b) => bitName(index, b)).join(", ");
+  const still = h("p", { className: "note" },
+    `Bits: ${list(moving)}. A filled lane is 1, a line is 0, a pale lane changes within one point.${set.length ? ` Always 1: bit ${list(set)}.` : ""} All other bits are always 0.`);
+  const details = h("details", { className: "more" }, h("summary", null, `Bits (${moving.length} of ${bits} change)`));
+  details.classList.add("bits");
+  let made = false;
+  details.addEventListener("toggle", () => {
+    if (!details.open || made) return;
+    made = true;
+    details.append(box, still);
+    const height = moving.length * row;
+    const plot = mount(box, {
+      height: height + 38,
+      padding: [4, 26, 0, 0],
+      cursor: { ...timeCursor, points: { show: false } },
+      scales: { x: { time: false, range: () => [axis.min, axis.max] }, y: { range: [0, height] } },
+      series: [{}, { paths: () => null, points: { show: false } }],
+      axes: [timeAxis(), { size: LEFT, grid: { show: false }, ticks: { show: false }, values: (u, splits) => splits.map(() => "") }],
+      hooks: {
+        draw: [(u) => {
+          const { ctx } = u;
+          const r = uPlot.pxRatio;
+          const { rows } = track.view(axis.min, axis.max, u.over.clientWidth || 900);
+          clipped(u, ctx, () => moving.forEach((bit, i) =>
+            drawBit(ctx, rows, bit, (t) => u.valToPos(t, "x", true), u.bbox.top + (i * row + 4) * r, (row - 6) * r, css("--plot"))));
+          moving.forEach((bit, i) => label(ctx, bitName(index, bit), u.bbox.top + (i * row + row / 2 + 1) * r, u.bbox.left - 6 * r));
+        }],
+        setSelect: [selectTime(axis)],
+      },
+    }, [[axis.full.min, axis.full.max], [null, null]], `Bits over time: ${list(moving)}`);
+    followTime(plot, axis);
+  });
+  return details;
+}
+
+/// A text at the left edge, shortened to `room`.
+function label(ctx, text, y, room) {
+  const r = uPlot.pxRatio;
+  ctx.save();
+  ctx.font = `${Math.round(11 * r)}px system-ui, sans-serif`;
+  ctx.fillStyle = css("--text");
+  ctx.textBaseline = "middle";
+  ctx.textAlign = "left";
+  let shown = text;
+  while (shown.length > 1 && ctx.measureText(shown).width > room) shown = `${shown.replace(/\u2026$/, "").slice(0, -1)}\u2026`;
+  ctx.fillText(shown, 2 * r, y);
+  ctx.restore();
 }
 
 /// At most eight characters for an axis.

@@ -3,7 +3,8 @@ import { closeOf } from "./close.js";
 import { append, facts, h, table } from "./dom.js";
 import { count, duration, grouped, hex, number, objectName, seconds, slaveLabel, trim, withUnit } from "./format.js";
 import { stateStrips } from "./lanes.js";
-import { extremes, histogramChart, seriesChart } from "./plots.js";
+import { bitStrips, extremes, histogramChart, seriesChart } from "./plots.js";
+import { FrameIndex, Track } from "./track.js";
 import { alColor, commandSegments, driveColor, driveSegments } from "./states.js";
 
 export function stateChip(text, color) {
@@ -164,18 +165,15 @@ function varies(series) {
 }
 
 /// Words of bits are read in hexadecimal, everything else is a number.
-function isWord(signal) {
-  const name = signal.name ?? "";
-  return signal.bits >= 8 && signal.bits <= 32 && !signal.unit && /word|latch|status|control|input|output/i.test(name) &&
-    !/position|velocity|speed|torque|current|value/i.test(name);
-}
+const isWord = (signal) => signal.word;
 
-function signals(slave, drawn, axis) {
+function signals(slave, drawn, axis, frames) {
   if (!drawn || drawn.signals.length === 0) return [];
   const name = (s) => s.variable ?? s.name ?? objectName(s.index, s.subindex);
   const commands = slave.drive ? commandSegments(slave, axis.full.max) : [];
   const states = driveSegments(slave, axis.full.max);
   const asStates = states.length > 0 && slave.drive.source === "process data";
+  const words = drawn.signals.filter((s) => s.values && (s.index === 0x6041 || s.index === 0x6040));
   const shown = drawn.signals.filter((s) => s.values && !(asStates && (s.index === 0x6041 || (s.index === 0x6040 && commands.length > 0))));
   const constant = (s) => {
     const [low, high] = extremes(s.values);
@@ -187,7 +185,12 @@ function signals(slave, drawn, axis) {
       h("figcaption", null, h("span", null, h("b", null, "Control and status word"), h("span", { className: "muted" }, " 6040h, 6041h, as command and state"))),
       stateStrips(axis, [commands.length > 0 && { label: "command", segments: commands }, { label: "state", segments: states }].filter(Boolean),
         "Commands and states of the drive over time; the table above lists them.")),
+    asStates && words.filter((s) => constant(s) === null).map((s) => {
+      const bits = bitStrips(axis, new Track(s.values, closeOf(drawn, s)), s.index, s.bits);
+      return bits && h("div", null, h("p", { className: "under" }, `${name(s)} (${objectName(s.index, s.subindex)})`), bits);
+    }),
     shown.filter((s) => constant(s) === null).map((s) => seriesChart(axis, {
+      frames, index: s.index, bits: s.bits,
       title: name(s),
       note: `${objectName(s.index, s.subindex)}${s.variable && s.name ? ` ${s.name}` : ""}, ${s.direction}${s.name_inferred ? ", name inferred" : ""}`,
       unit: s.unit,
@@ -350,7 +353,7 @@ export function slavePanel(capture, page, slave, axis) {
       ], "evidence"),
       findings.length > 0 && h("p", { className: "chain" }, "Findings: ", findings.slice(0, 12).map((f, i) => [i > 0 && ", ", h("a", { href: `#finding-${f.id}` }, `${f.id} ${f.title}`)]),
         findings.length > 12 && ` and ${findings.length - 12} more`),
-      startUp(slave.startup), alStory(slave), drive(slave), signals(slave, drawn, axis), mapping(slave), latches(slave),
+      startUp(slave.startup), alStory(slave), drive(slave), signals(slave, drawn, axis, new FrameIndex(page.timeline?.frames)), mapping(slave), latches(slave),
       clocks(slave, drawn, axis), sdos(drawn), mailbox(slave), memory(slave),
     ]);
   });
@@ -358,12 +361,12 @@ export function slavePanel(capture, page, slave, axis) {
 }
 
 /// A slave that no frame addresses: the ENI file tells where its process data lie.
-export function unmetPanel(drawn, number, axis) {
+export function unmetPanel(drawn, number, axis, frames) {
   const { position, station_address: address, name } = drawn.eni;
   const label = [name, position !== null && `position ${position}`, address !== null && hex(address)].filter(Boolean).join(", ");
   return h("details", { className: "panel slave", id: `eni-slave-${number}`, open: true },
     h("summary", null, h("h3", null, label || "Slave of the ENI file"), h("span", { className: "muted" }, "not addressed in the capture, known from the ENI file")),
-    signals({ drive: null }, drawn, axis));
+    signals({ drive: null }, drawn, axis, frames));
 }
 
 export function worst(findings) {

@@ -1,10 +1,25 @@
 // The first screen: verdict, the sentence that matters, and the bus.
 import { copyable, facts, h, table } from "./dom.js";
 import { count, duration, fileName, grouped, hex, shellWord } from "./format.js";
+import { ranges } from "./lanes.js";
 import { alChip, driveChip, identityText, worst } from "./slaves.js";
 
 const STAMPS = { FAIL: "fail", UNMET: "fail", PASS: "pass" };
-const MANY_SLAVES = 12;
+/// More than this, and those that are alike share a row.
+const MANY_SLAVES = 6;
+
+/// Slaves with the same device, states and no findings: [[slave, ...]], in the order of the first of each.
+export function alikeSlaves(slaves, quiet) {
+  const groups = new Map();
+  for (const slave of slaves) {
+    const { vendor_id, product_code, revision } = slave.identity;
+    const key = slaves.length > MANY_SLAVES && quiet(slave)
+      ? JSON.stringify([slave.name, vendor_id, product_code, revision, slave.profile, slave.al.state, slave.al.error, slave.al.status_code, slave.drive?.state])
+      : `one ${slave.position}`;
+    groups.set(key, [...(groups.get(key) ?? []), slave]);
+  }
+  return [...groups.values()];
+}
 
 function cycleText(cycle) {
   if (!cycle.cycles) return null;
@@ -43,26 +58,27 @@ export function busPanel(capture) {
   const drives = capture.slaves.some((s) => s.drive);
   const findingsOf = (slave) => capture.findings.filter((f) => f.slave === slave.position && !f.known);
   const columns = [
-    { title: "Slave", value: (s) => h("a", { href: `#slave-${s.position}` }, `${s.position}`) },
-    { title: "Address", value: (s) => (s.station_address === null ? "" : hex(s.station_address)) },
-    { title: "Device", value: (s) => [s.name ?? "", s.name && h("br"), h("span", { className: "muted small" }, identityText(s))], long: true },
-    { title: "Family", value: (s) => h("span", { className: "nowrap" }, s.profile ?? "") },
-    { title: "AL state at the end", value: alChip },
-    ...(drives ? [{ title: "Drive at the end", value: (s) => driveChip(s) ?? "" }] : []),
-    { title: "Findings", value: (s) => {
+    { title: "Slave", value: ([s, ...others]) => (others.length === 0 ? h("a", { href: `#slave-${s.position}` }, s.label)
+      : [h("a", { href: `#slave-${s.position}` }, ranges([s, ...others].map((o) => o.position + (capture.count_from ?? 0)))),
+        h("span", { className: "muted small" }, ` ${others.length + 1} alike`)]) },
+    { title: "Address", value: (all) => {
+      const known = all.map((s) => s.station_address).filter((a) => a !== null);
+      return known.length < 2 ? known.map((a) => hex(a)).join() : `${hex(Math.min(...known))} to ${hex(Math.max(...known))}`;
+    } },
+    { title: "Device", value: ([s]) => [s.name ?? "", s.name && h("br"), h("span", { className: "muted small" }, identityText(s))], long: true },
+    { title: "Family", value: ([s]) => h("span", { className: "nowrap" }, s.profile ?? "") },
+    { title: "AL state at the end", value: ([s]) => alChip(s) },
+    ...(drives ? [{ title: "Drive at the end", value: ([s]) => driveChip(s) ?? "" }] : []),
+    { title: "Findings", value: ([s]) => {
       const found = findingsOf(s);
       return found.length === 0 ? h("span", { className: "muted" }, "none")
         : h("span", { className: `badge ${worst(found)}` }, grouped(found.length));
     } },
   ];
   const quiet = (s) => findingsOf(s).length === 0;
-  const shown = capture.slaves.length <= MANY_SLAVES ? capture.slaves
-    : capture.slaves.filter((s, i) => i < MANY_SLAVES || !quiet(s));
-  const rest = capture.slaves.filter((s) => !shown.includes(s));
   return h("section", { className: "panel", id: "bus", "aria-labelledby": "bus-title" },
     h("h2", { id: "bus-title" }, "Bus"),
-    table(shown, columns, null, "wide"),
-    rest.length > 0 && h("details", { className: "more" }, h("summary", null, `The other ${count(rest.length, "slave")}, without findings`), table(rest, columns, null, "wide")));
+    table(alikeSlaves(capture.slaves, quiet), columns, null, "wide"));
 }
 
 /// As it was typed: "--slave 0 --to #100".
