@@ -265,6 +265,7 @@ void TimelineCollector::On(const sync::IntervalMeasured& event) {
   if (!event.frame.has_time) return;
   Cycle& cycle = cycles_[&event.image];
   const double us = static_cast<double>(event.interval) / 1e3;
+  if (cycle.series.empty()) cycle.series.Limit(kFinestBuckets);
   cycle.series.Add(event.frame.time, us);
   cycle.close.Add(event.frame, us);
 }

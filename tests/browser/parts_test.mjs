@@ -6,10 +6,60 @@ import { test } from "node:test";
 import { pathToFileURL } from "node:url";
 
 const part = (name) => import(pathToFileURL(path.join(process.env.ECAUDIT_SOURCE_DIR, "cli", "report", "html", "src", name)));
+/// track.js draws on canvases of uPlot, of which it needs one number here.
+const withPlots = async (name) => {
+  const { mkdtempSync, readFileSync, writeFileSync, rmSync } = await import("node:fs");
+  const { tmpdir } = await import("node:os");
+  const folder = mkdtempSync(path.join(tmpdir(), "ecaudit-parts-"));
+  const source = path.join(process.env.ECAUDIT_SOURCE_DIR, "cli", "report", "html", "src");
+  for (const file of [name, "close.js", "format.js"]) {
+    const text = readFileSync(path.join(source, file), "utf8").replace('import uPlot from "uplot";', "const uPlot = { pxRatio: 1 };")
+      .replaceAll(/from "\.\/(\w+)\.js"/g, 'from "./$1.mjs"');
+    writeFileSync(path.join(folder, file.replace(/js$/, "mjs")), text);
+  }
+  try {
+    return await import(pathToFileURL(path.join(folder, name.replace(/js$/, "mjs"))));
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+};
 const { equalBins, shellWord } = await part("format.js");
-const { closeOf, closeRange, merged, stretches } = await part("close.js");
+const { closeOf, closeRange, stretches } = await part("close.js");
 const { clockText, setClock } = await part("axis.js");
+const { FrameIndex, Track, bitsOf } = await withPlots("track.js");
+const { matcher } = await part("search.js");
 const { groupsOf } = await part("progress.js");
+
+test("a coarser level keeps extremes and bits", () => {
+  const track = new Track({ start_s: 0, width_s: 1, least: [5, 1, 7, 7, 2], most: [6, 9, 7, 7, 3], any: [1, 2, 4, 4, 8], all: [1, 0, 4, 4, 0] });
+  assert.equal(track.levelFor(200, 100), 1);
+  assert.deepEqual(track.at(1).map((r) => [r.from, r.to, r.least, r.most, r.any, r.all]), [[0, 2, 1, 9, 3, 0], [2, 4, 7, 7, 4, 4], [4, 6, 2, 3, 8, 0]]);
+  assert.deepEqual(track.extent(2.5, 3.5, 1000), [7, 7]);
+  assert.equal(track.pointText(0, 5, 1000), "one point = 1 s, band = smallest to largest value");
+  assert.deepEqual(bitsOf(track, 8).moving, [0, 1, 2, 3]);
+});
+
+test("single values cut the band that they lie in, and every time has one value", () => {
+  const close = { frames: [11, 12, 13], time_s: [1.4, 1.5, 1.6], values: [5, 9, 5] };
+  const rows = new Track({ start_s: 0, width_s: 1, least: [1, 1, 1], most: [9, 9, 9] }, close).at(0);
+  assert.deepEqual(rows.map((r) => [r.from, r.to, r.least, r.most, r.frame]), [[0, 1, 1, 9, null], [1, 1.4, 1, 9, null], [1.4, 1.4, 5, 5, 11],
+    [1.5, 1.5, 9, 9, 12], [1.6, 1.6, 5, 5, 13], [1.6, 2, 1, 9, null], [2, 3, 1, 9, null]]);
+  rows.slice(1).forEach((row, i) => assert.ok(row.from >= rows[i].to, "rows do not overlap"));
+});
+
+test("frames of a time", () => {
+  const index = new FrameIndex({ start_s: 1, width_s: 1, at: [0, 2], least: [10, 30] });
+  assert.equal(index.text(0.5), "");
+  assert.equal(index.text(1.5), "frames 10 to 29");
+  assert.equal(index.text(3.5), "frame 30");
+  assert.equal(new FrameIndex(null).text(1), "");
+});
+
+test("a search needs all of its words", () => {
+  assert.ok(matcher("AL refused")("slave 0: safeop refused, al status"));
+  assert.ok(!matcher("al missing")("slave 0: al refused"));
+  assert.ok(matcher(" ")("anything"));
+});
 
 test("a file name is one word of a shell, whatever it holds", () => {
   for (const name of ["trace.pcapng", "a b.pcap", "a;touch x", "$(id)", "`id`", "it's", "'", "-o", "*", "a\\b", "#x", "~", "\u00e4"]) {
@@ -45,15 +95,8 @@ test("a gap of the report stays a gap, and widths may differ", () => {
   assert.deepEqual(equalBins(mixed, 60).counts, [2, 2, 1, 1, 1]);
 });
 
-test("single values take the place of the buckets they lie in", () => {
-  const close = { frames: [11, 12, 13, 40, 41], time_s: [1.1, 1.2, 1.3, 4.0, 4.1], values: [5, 9, 5, 7, 8] };
-  assert.deepEqual(stretches(close.time_s), [[0, 2], [3, 4]]);
-  const [x, most, least, frames] = merged([[0.5, 1.25, 2, 3, 5], [1, 9, 3, 4, 6], [1, 5, 3, null, 6]], close);
-  assert.deepEqual(x, [0.5, 1.1, 1.2, 1.3, 2, 3, 4.0, 4.1, 5]);
-  assert.deepEqual(most, [1, 5, 9, 5, 3, 4, 7, 8, 6]);
-  assert.deepEqual(least, [1, 5, 9, 5, 3, null, 7, 8, 6]);
-  assert.deepEqual(frames, [null, 11, 12, 13, null, null, 40, 41, null]);
-  assert.deepEqual(merged([[1, 2], [3, 4], [3, 4]], null), [[1, 2], [3, 4], [3, 4], [null, null]]);
+test("values around findings are told apart by their pauses", () => {
+  assert.deepEqual(stretches([1.1, 1.2, 1.3, 4.0, 4.1]), [[0, 2], [3, 4]]);
 });
 
 test("what was kept around a time", () => {

@@ -31,27 +31,3 @@ export function closeRange(close, time) {
   }
   return null;
 }
-
-/// Puts single values in the place of the buckets [x, most, least] that they lie in.
-/// @return [x, most, least, frames]; a frame where the value is one of a frame
-export function merged([x, most, least], close) {
-  const frames = x.map(() => null);
-  if (!close) return [x, most, least, frames];
-  const spans = stretches(close.time_s).map(([first, last]) => ({ first, last, from: close.time_s[first], to: close.time_s[last] }));
-  const out = [[], [], [], []];
-  const push = (...row) => row.forEach((value, i) => out[i].push(value));
-  let next = 0;
-  const single = (span) => {
-    for (let i = span.first; i <= span.last; ++i) {
-      if (out[0].length && close.time_s[i] <= out[0][out[0].length - 1]) continue;
-      push(close.time_s[i], close.values[i], close.values[i], close.frames[i]);
-    }
-  };
-  x.forEach((time, i) => {
-    while (next < spans.length && spans[next].to < time) single(spans[next++]);
-    if (next < spans.length && time >= spans[next].from) return;
-    push(time, most[i], least[i], frames[i]);
-  });
-  for (; next < spans.length; ++next) single(spans[next]);
-  return out;
-}

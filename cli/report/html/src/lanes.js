@@ -56,7 +56,7 @@ function buildLanes(capture, page) {
     const before = lane.marks.length === 0 ? lanes.find((l) => l.slaves && l.marks.length === 0 && l.key === lane.key) : null;
     if (before) {
       before.slaves.push(slave.position);
-      before.label = ranges(before.slaves.map((s) => s + (capture.count_from ?? 0)));
+      before.label = ranges(before.slaves);
       if (before.more !== lane.more) before.more = "alike";
     } else lanes.push(lane);
   }
@@ -433,7 +433,8 @@ export function lanesPanel(capture, page, axis) {
     overlay(capture, page, axis, lanes.flatMap((lane) => lane.marks), frames, pictures),
     samples.line,
     h("p", { className: "note screen" }, "Drag to zoom, double-click for the whole capture. When a plot has the focus: arrows, + and \u2212 move and zoom; A and B set the cursors at the pointer. Times count from the first packet. Around findings every cycle is shown."),
-    lanes.filter((lane) => lane.slaves?.length > 1).map((lane) => h("p", { className: "note" }, `Slaves ${lane.label} are alike, have no finding, and share a lane.`)),
+    lanes.some((lane) => lane.slaves?.length > 1) && h("p", { className: "note" }, "Slaves that are alike and have no finding share a lane: " +
+      `${lanes.filter((lane) => lane.slaves?.length > 1).map((lane) => lane.label).join("; ")}.`),
     drawn < capture.slaves.length && h("p", { className: "note" }, `The first ${drawn} of ${capture.slaves.length} slaves.`),
     capture.slaves.some((s) => s.al.history_left_out || s.drive?.history_left_out) &&
       h("p", { className: "note" }, "States that changed too often to list are left out; their bars end there."));

@@ -63,6 +63,7 @@ function slavesPart(capture, page, axis) {
       panels.length > 3 && search,
       panels.length > 1 && panels.length <= 64 && all),
     page.timeline?.signals_left_out && h("p", { className: "note" }, "Not all signals are plotted: at most 16 of a slave, and 160 in all, so that the page stays small. 'ecaudit signals' writes all of them."),
+    h("p", { className: "note paper" }, "Slaves that are folded on the screen are not printed."),
     panels);
 }
 
@@ -172,10 +173,7 @@ async function unpack(text) {
 
 /// Steps that several slaves have alike are told once.
 function completeSteps(capture) {
-  // As people count them; the position stays the name in links, data and commands.
-  const from = report.count_from ?? 0;
-  capture.count_from = from;
-  for (const slave of capture.slaves) slave.label = from ? `${slave.position + from} (position ${slave.position})` : `${slave.position}`;
+  for (const slave of capture.slaves) slave.label = `${slave.position}`;
   for (const { startup } of capture.slaves) {
     if (startup) startup.steps = startup.steps.map((step) => ({ ...capture.alike_steps[step.alike], ...step }));
   }

@@ -59,7 +59,7 @@ export function busPanel(capture) {
   const findingsOf = (slave) => capture.findings.filter((f) => f.slave === slave.position && !f.known);
   const columns = [
     { title: "Slave", value: ([s, ...others]) => (others.length === 0 ? h("a", { href: `#slave-${s.position}` }, s.label)
-      : [h("a", { href: `#slave-${s.position}` }, ranges([s, ...others].map((o) => o.position + (capture.count_from ?? 0)))),
+      : [h("a", { href: `#slave-${s.position}` }, ranges([s, ...others].map((o) => o.position))),
         h("span", { className: "muted small" }, ` ${others.length + 1} alike`)]) },
     { title: "Address", value: (all) => {
       const known = all.map((s) => s.station_address).filter((a) => a !== null);

@@ -127,7 +127,9 @@ export class Track {
 
   extent(min, max, pixels) {
     let [low, high] = [Infinity, -Infinity];
-    for (const row of this.view(min, max, pixels).rows) {
+    const { rows } = this.view(min, max, pixels);
+    const inside = rows.filter((row) => row.to >= min && row.from <= max);
+    for (const row of inside.length ? inside : rows) {
       low = Math.min(low, row.least);
       high = Math.max(high, row.most);
     }
