@@ -41,10 +41,10 @@ struct SignalSeries {
   bool name_inferred = false;
   std::string unit;     ///< of the values below; empty: none, or unknown
   bool scaled = false;  ///< divided by the documented scale; else as on the wire
-  bool word = false;    ///< a field of bits: Bucket::any and Bucket::all have a meaning
   TimeSeries values;
   std::vector<CloseValue> close;  ///< every value around findings, in the order of frames
   std::string variable;           ///< what the ENI file calls it; empty: nothing (untrusted text)
+  bool word = false;              ///< a field of bits: Bucket::any and Bucket::all have a meaning
 };
 
 /// One SDO transfer in words.

@@ -80,8 +80,12 @@ TEST_F(HtmlWriter, SeriesOverTime) {
                           "Axis X.Control word"});
   lane.signals.push_back(lane.signals.back());
   for (CloseValue& value : lane.signals.back().close) value.value = 4;
+  lane.signals.back().word = true;
+  lane.signals.back().values.buckets = {{4, 4, 1, 4, 4}, {3, 5, 2, 7, 1}};
+  timeline->frames = {test::kStart, 1000, {{7, 9, 3}, {10, 10, 1}}};
   report_.captures[0].timeline = timeline;
   const auto data = nlohmann::ordered_json::parse(DataOf(WriteHtml(report_)))["pages"][0]["timeline"];
+  EXPECT_EQ(data["frames"], nlohmann::ordered_json::parse(R"({"start_s": 0.0, "width_s": 1e-06, "least": [7, 10]})"));
   EXPECT_EQ(data["lost"], nullptr);
   const auto& drawn = data["slaves"][0];
   EXPECT_EQ(drawn["slave"], slave.position);
@@ -89,6 +93,10 @@ TEST_F(HtmlWriter, SeriesOverTime) {
                                                                 "count": [2, 5]})"));
   EXPECT_EQ(drawn["signals"][0]["values"], nlohmann::ordered_json::parse(R"({"start_s": 0.0, "width_s": 0.002,
                                                                 "least": [1, 2.5], "most": [1, 7]})"));
+  EXPECT_EQ(drawn["signals"][0]["word"], false);
+  EXPECT_EQ(drawn["signals"][1]["word"], true);
+  EXPECT_EQ(drawn["signals"][1]["values"]["any"], nlohmann::ordered_json::parse("[4, 7]"));
+  EXPECT_EQ(drawn["signals"][1]["values"]["all"], nlohmann::ordered_json::parse("[4, 1]"));
   // What is around findings: the frames once for all signals that they carry, and one number for what does not change.
   EXPECT_EQ(drawn["close"], nlohmann::ordered_json::parse(R"([{"frames": [7, 8], "time_s": [0.001, 0.002]}])"));
   EXPECT_EQ(drawn["signals"][0]["close"], nlohmann::ordered_json::parse(R"({"at": 0, "values": [1, 2.5]})"));
