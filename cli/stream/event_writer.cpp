@@ -57,11 +57,11 @@ void EventWriter::Begin(Observation& observation, const StreamContext& context) 
   model_ = &observation.model();
   observation.bus()
       .ListenTo<track::SlaveAccess, track::Answered, model::EventBitChanged, model::LatchStep, model::LatchMisuse,
-                model::DriveCommanded, model::DriveStateChanged, model::DriveMode, model::DriveWarning,
-                model::DriveFaultExplained, track::EepromError, mailbox::MailboxMessage, mailbox::MailboxRefused,
-                mailbox::MailboxReadLost, mailbox::MailboxRepeatRequest, mailbox::MailboxUnanswered,
-                mailbox::MailboxErrorReply, mailbox::SdoTransfer, mailbox::SdoUnexpected, mailbox::EoeFrame,
-                mailbox::EoeControl, mailbox::FoeTransfer, mailbox::SoeMessage, mailbox::AoeMessage,
+                model::DriveCommanded, model::DriveBits, model::DriveStateChanged, model::DriveMode,
+                model::DriveWarning, model::DriveFaultExplained, track::EepromError, mailbox::MailboxMessage,
+                mailbox::MailboxRefused, mailbox::MailboxReadLost, mailbox::MailboxRepeatRequest,
+                mailbox::MailboxUnanswered, mailbox::MailboxErrorReply, mailbox::SdoTransfer, mailbox::SdoUnexpected,
+                mailbox::EoeFrame, mailbox::EoeControl, mailbox::FoeTransfer, mailbox::SoeMessage, mailbox::AoeMessage,
                 mailbox::VoeMessage>(Stage::kBeforeModel, *this);
   // Shown with what the model makes of them: names, families, mappings.
   observation.bus()

@@ -41,6 +41,7 @@ class EventWriter final : public LineWriter {
   // Drives.
   void On(const model::DriveCommanded& event);
   void On(const model::DriveStateChanged& event);
+  void On(const model::DriveBits& event);
   void On(const model::DriveMode& event);
   void On(const model::DriveWarning& event);
   void On(const model::DriveFaultExplained& event);
