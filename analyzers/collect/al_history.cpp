@@ -49,6 +49,7 @@ void AlHistory::On(const track::AlRequest& request) {
   step.from = story.status.value_or(0);
   step.to = request.control.raw;
   step.refused_by_wkc = request.acceptance == track::Acceptance::kRefused;
+  if (!step.refused_by_wkc && esc::AlWord{step.from}.state() != request.control.state()) story.asked_away = true;
   std::size_t place = story.steps.size();
   // That a frame was lost shows when later ones came back, which may have shown another state.
   while (!request.returned.seen() && place > 0 && story.steps[place - 1].frame.number > step.frame.number) {
@@ -58,10 +59,15 @@ void AlHistory::On(const track::AlRequest& request) {
 }
 
 void AlHistory::On(const track::AlStatusRead& read) {
-  if (!read.changed() && !read.status_code) return;  // polls nearly always show the same
   Story& story = Get(read.slave);
+  if (!read.changed() && !read.status_code && !story.asked_away) return;  // polls nearly always show the same
   const bool changed = !story.status || *story.status != read.status.raw;
-  if (changed) {
+  // The master requested another state, never read whether the slave got there, and requested this one again.
+  const bool again = story.asked_away && !story.steps.empty() && story.steps.back().kind == AlStep::Kind::kRequest &&
+                     !story.steps.back().refused_by_wkc && read.asked() > story.steps.back().frame.number &&
+                     esc::AlWord{story.steps.back().to}.state() == read.status.state();
+  if (changed || again) {
+    story.asked_away = false;
     AlStep step;
     step.frame = read.frame;
     step.from = story.status.value_or(0);

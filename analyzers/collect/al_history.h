@@ -34,6 +34,7 @@ class AlHistory final : public Collector {
     std::uint64_t left_out = 0;
     std::optional<std::uint16_t> status, code;  ///< last observed
     bool echo = false;                          ///< the error bit of `status` is one
+    bool asked_away = false;                    ///< another state was requested since `status` was observed last
   };
   Story& Get(SlaveId slave);
   void Add(Story& story, const AlStep& step, std::size_t place);

@@ -1,6 +1,7 @@
 #include "analyzers/judge/exchange_watch.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "decoder/base/time.h"
 #include "decoder/esc/sync_manager.h"
@@ -26,7 +27,7 @@ void ExchangeWatch::FindMapped(const track::LogicalAccess& access, const track::
   version_ = network.mapping_version();
   mapped_since_ = access.frame();
   known_ = {};
-  mapped_.clear();
+  const std::vector<Mapped> before = std::exchange(mapped_, {});
   for (std::size_t s = 0; s < network.slaves().size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
     if (network.slaves()[id].replaced) continue;
@@ -35,8 +36,14 @@ void ExchangeWatch::FindMapped(const track::LogicalAccess& access, const track::
       if (fmmu.bit_count() == 0 || fmmu.physical_start < kProcessMemory) continue;
       if ((!fmmu.reads() && !fmmu.writes()) || MapsMailbox(state, fmmu)) continue;
       const esc::BitRange bits = fmmu.logical_bits();
-      mapped_.push_back({id, fmmu.writes(), bits.first / 8, (bits.end() + 7) / 8,
-                         MemoryRange::Of(fmmu.physical_start, fmmu.length), state.fmmu_since[number], false});
+      Mapped& now = mapped_.emplace_back(Mapped{id, fmmu.writes(), bits.first / 8, (bits.end() + 7) / 8,
+                                                MemoryRange::Of(fmmu.physical_start, fmmu.length),
+                                                state.fmmu_since[number], false});
+      // That the FMMUs of another slave changed does not undo what was exchanged.
+      now.touched = std::any_of(before.begin(), before.end(), [&](const Mapped& m) {
+        return m.touched && m.slave == now.slave && m.outputs == now.outputs && m.begin == now.begin &&
+               m.end == now.end && m.set == now.set;
+      });
     }
   }
 }

@@ -483,7 +483,13 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
     return;
   }
   began_ = true;
-  sink_.Publish(ChangedByItself(read, before));
+  AlChangedByItself event = ChangedByItself(read, before);
+  if (const AlRequestRecord* unread = open_ ? HighestUnread() : nullptr; unread != nullptr) {
+    event.before = esc::AlWord{unread->control.state()};
+    event.before_since = event.before_first = unread->frame.number;
+    event.before_requested = true;
+  }
+  sink_.Publish(event);
 }
 
 /// A slave that shows the code of a watchdog or of lost synchronisation below its last state, while it was asked to go
@@ -494,8 +500,24 @@ bool AlMachine::FellBefore(const track::AlStatusRead& read) const {
   const bool runs_out = code == kWatchdog || esc::SpeaksOfSynchronisation(code);
   if (open_->verdict == AlVerdict::kIllegal || !runs_out) return false;
   const bool before_known = read_state_ != 0 && error_ == Error::kNo;
-  return before_known && Height(read.status.state()) < Height(read_state_) &&
-         Height(open_->control.state()) < Height(read_state_);
+  int highest = Height(read_state_);
+  // A master may request OP and never read whether the slave follows. The watchdog runs in OP only.
+  if (const AlRequestRecord* unread = HighestUnread(); unread != nullptr && code == kWatchdog) {
+    highest = std::max(highest, Height(unread->control.state()));
+  }
+  return before_known && Height(read.status.state()) < highest && Height(open_->control.state()) < highest;
+}
+
+/// The request of the highest state that was accepted before the open one and whose result the master never read; null:
+/// none is higher than the state read last.
+const AlRequestRecord* AlMachine::HighestUnread() const {
+  const AlRequestRecord* highest = nullptr;
+  for (const AlRequestRecord& earlier : earlier_) {
+    const int height = Height(earlier.control.state());
+    if (height <= Height(highest != nullptr ? highest->control.state() : read_state_)) continue;
+    highest = &earlier;
+  }
+  return highest;
 }
 
 void AlMachine::ReportStanding(const track::AlStatusRead& read, bool certain) {

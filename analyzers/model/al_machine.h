@@ -159,6 +159,7 @@ class AlMachine {
   void OnError(const track::AlStatusRead& read);
   void ReportGivenUp(const AlRequestRecord& next) const;
   [[nodiscard]] bool FellBefore(const track::AlStatusRead& read) const;
+  [[nodiscard]] const AlRequestRecord* HighestUnread() const;
   void ReportStanding(const track::AlStatusRead& read, bool certain);
   void OnNoError(const track::AlStatusRead& read);
   void CheckOverdue(const track::AlStatusRead& read);

@@ -41,7 +41,7 @@ std::uint8_t Fallen(std::uint8_t before, std::uint8_t now) {
 
 void BusAlUnit::OnRequest(esc::AlWord control, track::Acceptance acceptance, const FrameRef& frame, bool of_all) {
   if (acceptance == track::Acceptance::kRefused) return;
-  ReportRefusal();
+  ReportRefusal(true);
   Close();
   // What was asked for before, and all agree on, is over.
   if (shown_ && Settled()) requested_ = 0;
@@ -220,13 +220,15 @@ void BusAlUnit::NoteRefusal(const track::AlStatusOfAll& read) {
   ++refused_->reads;
 }
 
-void BusAlUnit::ReportRefusal() {
-  if (refused_ && refused_->reads >= kEnoughPolls) events_.Publish(*refused_);
+/// @param over  the master reacts with another request, or the capture ends: no further read can show it. No request
+///              had the acknowledge bit and no slave had an error before, so one read is enough then
+void BusAlUnit::ReportRefusal(bool over) {
+  if (refused_ && (over || refused_->reads >= kEnoughPolls)) events_.Publish(*refused_);
   refused_.reset();
 }
 
 void BusAlUnit::Forget() {
-  ReportRefusal();
+  ReportRefusal(false);
   Close();
   shown_.reset();
   requested_ = asked_of_all_ = 0;

@@ -69,14 +69,14 @@ class BusAlUnit {
   void OnAsked(SlaveId slave, esc::AlWord control, track::Acceptance acceptance);
   /// No master sent anything for long, and the capture may have a gap there.
   void OnPause() {
-    ReportRefusal();
+    ReportRefusal(false);
     Close();
     paused_ = true;
   }
   /// What happened in a capture gap, or between two runs, is unknown.
   void Forget();
   void Finish() {
-    ReportRefusal();
+    ReportRefusal(true);
     Close();
   }
 
@@ -87,7 +87,7 @@ class BusAlUnit {
   [[nodiscard]] bool NoSlaveHadError(std::uint16_t slaves, FrameNo since) const;
   [[nodiscard]] bool Agreed() const;
   [[nodiscard]] bool SomeoneShowsError() const;
-  void ReportRefusal();
+  void ReportRefusal(bool over);
   void Await(SlaveId slave, std::uint8_t state);
   void NoteAnswer(const track::AlStatusRead& read);
   [[nodiscard]] bool AllFollowed() const;

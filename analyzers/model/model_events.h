@@ -109,11 +109,12 @@ struct AlChangedByItself {
   FrameRef frame;
   esc::AlWord before;
   esc::AlWord status;
-  FrameNo before_since = 0;    ///< last frame that showed the state before
-  FrameNo before_first = 0;    ///< first frame that showed it
-  bool after_pause = false;    ///< since then the master was silent, and the capture may have a gap there
-  bool error_of_some = false;  ///< a broadcast: the error bit of one slave at least is set, whose is not certain
-  FrameNo rose_unasked = 0;    ///< it rose there without a request before: the capture does not hold all requests
+  FrameNo before_since = 0;       ///< last frame that showed the state before
+  FrameNo before_first = 0;       ///< first frame that showed it
+  bool before_requested = false;  ///< the state before was requested in `before_since` and never read
+  bool after_pause = false;       ///< since then the master was silent, and the capture may have a gap there
+  bool error_of_some = false;     ///< a broadcast: the error bit of one slave at least is set, whose is not certain
+  FrameNo rose_unasked = 0;       ///< it rose there without a request before: the capture does not hold all requests
   std::optional<std::uint16_t> code;
 };
 

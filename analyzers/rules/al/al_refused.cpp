@@ -55,10 +55,10 @@ status code (0x0134).]]]] Then acknowledge the error again.)",
 
 constexpr FindingKind kRefusedOnBus{
     .name = "refused-on-bus",
-    .title = "{requested} refused by [{?one}the slave][{!one}one or more of {slaves}] (error bit in a broadcast read)",
+    .title = "{requested} refused by [{?one}the slave][{!one}one or more of {slaves}] (error bit in a broadcast)",
     .message =
-        R"(The master requested {requested} in {request_frame}. From {frame} to {last_frame} broadcast reads of AL
-Status show {al_status_of_all}. No error bit was set before the request. A broadcast read does not show which slave
+        R"(The master requested {requested} in {request_frame}. [{?once}In {frame} a broadcast read of AL Status
+shows][{!once}From {frame} to {last_frame} broadcast reads of AL Status show] {al_status_of_all}. No error bit was set before the request. A broadcast read does not show which slave
 refused, nor its AL status code.)",
     .next = "Read six bytes from 0x0130 of each slave.",
     .identity = "requested"};
@@ -123,9 +123,9 @@ The finding needs an error bit that appears after a request that the slave accep
   another synchronisation type, a sync manager that was written while it was enabled.
 - With an ESI (--esi), the finding lists the init commands of the ESI that the capture does not show. The capture must
   show how the slave reached PREOP.
-- The finding belongs to the bus if only broadcast reads show the error bit, at least three times after a request
-  without the acknowledge bit. It is not reported if all slaves had followed before, or if a slave that was read by
-  itself shows an error.
+- The finding belongs to the bus if only broadcast reads show the error bit after a request without the acknowledge bit:
+  three times, or once if the master then requests another state or the capture ends. It is not reported if all slaves
+  had followed before, or if a slave that was read by itself shows an error.
 
 ## Example
 samples/captures/init-to-op-refused.pcapng: OP refused with 0x0011.
@@ -167,6 +167,7 @@ class AlRefused final : public Rule {
     Finding finding = Found(kRefusedOnBus, kNoSlave, e.frame);
     finding.last = e.last;
     finding.count = e.reads;
+    if (e.reads == 1) finding.Set("once", arg::Flag());
     AddRelated(finding, e.request.number);
     finding.Set("requested", arg::State(e.control.state()))
         .Set("slaves", arg::Count(e.slaves, "slave"))

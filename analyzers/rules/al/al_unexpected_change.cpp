@@ -19,8 +19,9 @@ namespace {
 
 // Of one slave.
 constexpr std::string_view kMessage =
-    R"(AL Status is {al_status_before} in {before_frame}, and {al_status} ({al_status:number}) in {frame}.
-No request of the master explains that.[ The AL status code (0x0134) is {al_status_code}.][ The cause by
+    R"([{!before_requested}AL Status is {al_status_before} in {before_frame}, and {al_status} ({al_status:number}) in
+{frame}. No request of the master explains that.][{?before_requested}The master requested {al_status_before} in
+{before_frame} and did not read AL Status until {frame}. Then it is {al_status} ({al_status:number}).][ The AL status code (0x0134) is {al_status_code}.][ The cause by
 [{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])";
 constexpr std::string_view kNext =
     R"([{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
@@ -136,8 +137,9 @@ moment at which the machine stopped.
 - No request since then leads to the new state, not even over intermediate states.
 - No request is in flight or lost.
 
-The event happened between the last good read and this one. A value that is no state counts as a drop if two reads in a
-row show it.
+The event happened between the last good read and this one. If the master requested OP and did not read AL Status
+before it requested a lower state, a watchdog code (0x001B) shows that the slave was in OP: the finding is inferred. A
+value that is no state counts as a drop if two reads in a row show it.
 
 A broadcast read counts if its result shows the state of every slave. Otherwise the finding belongs to the bus:
 
@@ -402,6 +404,10 @@ class AlUnexpectedChange final : public Rule {
     finding.Set("al_status_before", arg::Status(e.before.raw))
         .Set("al_status", arg::Status(e.status.raw))
         .Set("before_frame", arg::Frame(e.before_since));
+    if (e.before_requested) {
+      finding.Set("before_requested", arg::Flag());
+      finding.confidence = Confidence::kInferred;
+    }
     finding.Set("advice", arg::Of(AdviceFor(e)));
     finding.notes.clear();
     if (reported.code) {

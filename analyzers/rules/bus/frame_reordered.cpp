@@ -14,7 +14,10 @@ constexpr FindingKind kReordered{
     .message = R"({frame} returned after frames that the same master sent later. On one line no frame overtakes another.
 So the recorder mixed up its queues or interfaces, the network card has several queues, or a switch is between master and
 slaves.)",
-    .next = "Sort the capture by its time stamps, or record with one queue."};
+    .next =
+        "[{?stamps_in_order}The time stamps are in the captured order, so sorting does not help. Use one receive queue "
+        "in the network card of the master, and connect the slaves without a switch.][{!stamps_in_order}Sort the "
+        "capture by its time stamps, or record with one queue.]"};
 constexpr const FindingKind* kKinds[] = {&kReordered};
 
 constexpr Word kLateReturn{"late-return", "a late return"};
@@ -50,8 +53,8 @@ A frame that returns after one that its master sent later.
 tests/rules/frame-reordered/violates.trace
 
 ## What to do
-Record with one queue and one clock (hardware stamps of one card, or a probe), sort the capture by its stamps, and
-connect the master to the slaves directly.
+Record with one queue and one clock (hardware stamps of one card, or a probe), and connect the master to the slaves
+directly. Sort the capture by its stamps if stamps go back in it.
 )"};
 
 class FrameReordered final : public Rule {
@@ -73,6 +76,9 @@ class FrameReordered final : public Rule {
     finding.last = pairing.last_reordered;
     finding.count = pairing.reordered;
     finding.Set("reordered_frames", arg::Count(pairing.reordered, "frame"));
+    if (pairing.first_reordered.has_time && context().statistics().backwards == 0) {
+      finding.Set("stamps_in_order", arg::Flag());
+    }
     (void)Report(0, std::move(finding));
   }
 };

@@ -137,7 +137,8 @@ count. Outside that range the rule fires, and names the slaves whose share is mi
 
 - If the FMMUs are not all in the capture (a mid-run capture, or FMMUs between two that are set), the known ones must
   still count. Above that the constant value before is the expectation. A drop below it, with no state request or
-  configuration since then, is an inferred warning.
+  configuration since then, is an inferred warning. Outputs that drop after 20 frames count as well, if the lower value
+  then lasts, or the counter returns to the higher one, for 200 frames.
 - An FMMU that is not in the capture is known to map nothing if its activate byte was seen, if the ESC has no such FMMU
   (0x0004), or if the capture shows the set-up of the slave from its address or INIT on. It also maps nothing if for a
   while exactly the other slaves counted.
@@ -235,11 +236,11 @@ class WkcMismatch final : public Rule {
 
   // A change of states or of the mapping ends the habit.
   void On(const track::AlRequest& e) {
-    habits_ = {};
+    ForgetHabits();
     if (!e.broadcast) numbering_ = false;
   }
   void On(const track::AddressAssigned&) { numbering_ = assigned_ = true; }
-  void On(const track::SlaveFound&) { habits_ = {}; }
+  void On(const track::SlaveFound&) { ForgetHabits(); }
 
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
@@ -354,6 +355,15 @@ class WkcMismatch final : public Rule {
     std::uint32_t times = 0;
     FrameNo since = 0;
     std::optional<std::uint64_t> right_for;  ///< version of the mappings with which the known ones explained it
+  };
+  /// A value below the one before.
+  struct Drop {
+    std::uint64_t key = 0;
+    std::uint16_t before = 0, wkc = 0;
+    std::uint32_t times = 0;  ///< frames that showed `before`
+    std::uint64_t count = 0;  ///< frames that show `wkc`
+    FrameNo since = 0;        ///< the first that showed `before`
+    FrameRef first, last;     ///< that show `wkc`
   };
   static constexpr std::uint32_t kTimesUntilHabit = 200;
   static constexpr std::uint32_t kTimesUntilRight = 20;
@@ -510,6 +520,11 @@ class WkcMismatch final : public Rule {
     return habit.key == Key(e) && habit.wkc >= least && habit.times >= kForAWhile;
   }
 
+  void ForgetHabits() {
+    habits_ = {};
+    early_ = {};
+  }
+
   void EvaluateByHabit(const track::LogicalAccess& e, const model::CounterRange& range) {
     const std::uint64_t key = Key(e);
     Habit& habit = habits_[key % habits_.size()];
@@ -521,25 +536,68 @@ class WkcMismatch final : public Rule {
       ++habit.times;
       const bool right = range.most > 0 && e.wkc == range.least && e.wkc == range.most;
       habit.right_for = right ? std::optional(context().network().mapping_version()) : std::nullopt;
+      SettleEarlyDrop(e, habit);
       return;
     }
     if (e.wkc > habit.wkc || habit.times < kTimesUntilHabit) {
-      habit = {key, e.wkc, 1, e.frame().number, {}};
+      FollowEarlyDrop(e, habit);
       return;
     }
     const std::uint64_t fold = key ^ static_cast<std::uint64_t>(e.wkc) << 48U;
     if (Repeat(kNoSlave, fold, e.frame()) != kNoFinding) return;
-    Finding finding = Found(kDropped, kNoSlave, e.frame());
+    ReportDrop(e, {key, habit.wkc, e.wkc, habit.times, 1, habit.since, e.frame(), e.frame()});
+  }
+
+  /// A drop within the first frames of a habit. Which of both values is the right one shows only later: the lower one
+  /// lasts although no request explains it, or the counter returns to the higher one.
+  void FollowEarlyDrop(const track::LogicalAccess& e, Habit& habit) {
+    Drop& drop = early_[habit.key % early_.size()];
+    const bool open = drop.key == habit.key && drop.count > 0;
+    if (e.wkc > habit.wkc) {
+      const bool back = open && e.wkc == drop.before && habit.wkc == drop.wkc;
+      if (!back) drop = {};
+      habit = {habit.key, e.wkc, back ? drop.times + 1 : 1, back ? drop.since : e.frame().number, {}};
+      return;
+    }
+    // The share of inputs alone may be that of a mailbox, which counts only while a message lies in it.
+    const bool of_outputs =
+        e.command == wire::Command::LWR || (e.command == wire::Command::LRW && habit.wkc > e.wkc + 1);
+    const bool held = habit.times >= kTimesUntilRight && of_outputs;
+    drop = held ? Drop{habit.key, habit.wkc, e.wkc, habit.times, 1, habit.since, e.frame(), e.frame()} : Drop{};
+    habit = {habit.key, e.wkc, 1, e.frame().number, {}};
+  }
+
+  /// The counter stays the same.
+  void SettleEarlyDrop(const track::LogicalAccess& e, Habit& habit) {
+    Drop& drop = early_[habit.key % early_.size()];
+    if (drop.key != habit.key || drop.count == 0) return;
+    const bool lasts = habit.wkc == drop.wkc;
+    if (lasts) {
+      ++drop.count;
+      drop.last = e.frame();
+    }
+    if (habit.times < kTimesUntilHabit) return;
+    const std::uint64_t fold = drop.key ^ static_cast<std::uint64_t>(drop.wkc) << 48U;
+    if (Repeat(kNoSlave, fold, drop.first) == kNoFinding) ReportDrop(e, drop);
+    // The higher value is what the slaves count if all take part.
+    if (lasts) habit = {habit.key, drop.before, kTimesUntilHabit, drop.since, {}};
+    drop = {};
+  }
+
+  void ReportDrop(const track::LogicalAccess& e, const Drop& drop) {
+    Finding finding = Found(kDropped, kNoSlave, drop.first);
+    finding.last = drop.last;
+    finding.count = drop.count;
     finding.confidence = Confidence::kInferred;
     finding.Set("command", arg::Text(wire::Name(e.command)))
         .Set("length", arg::Count(e.length, "byte"))
         .Set("address", arg::Hex(e.address, 8))
-        .Set("working_counter", arg::Number(e.wkc))
-        .Set("before", arg::Number(habit.wkc))
-        .Set("times", arg::Count(habit.times, "frame"))
-        .Set("since_frame", arg::Frame(habit.since));
-    AddRelated(finding, habit.since);
-    Report(fold, Severity::kWarning, std::move(finding));
+        .Set("working_counter", arg::Number(drop.wkc))
+        .Set("before", arg::Number(drop.before))
+        .Set("times", arg::Count(drop.times, "frame"))
+        .Set("since_frame", arg::Frame(drop.since));
+    AddRelated(finding, drop.since);
+    Report(drop.key ^ static_cast<std::uint64_t>(drop.wkc) << 48U, Severity::kWarning, std::move(finding));
   }
 
   void EvaluateBroadcastRead(const track::Answered& e) {
@@ -679,6 +737,7 @@ class WkcMismatch final : public Rule {
 
   std::vector<Episode> episodes_;
   std::array<Habit, 32> habits_{};
+  std::array<Drop, 32> early_{};  // not settled yet
   bool unknown_reported_ = false;
   bool more_reported_ = false;
   std::uint64_t mapped_version_ = 0;
