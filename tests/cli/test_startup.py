@@ -585,6 +585,47 @@ class Diff(StartupTest):
         self.assertIn("60C2h:1", steps[0]["what"])
         self.assertEqual((steps[0]["a"], steps[0]["b"]), ("done", "not done"))
 
+    def test_what_the_refusal_is_about_leads(self):
+        good, bad = SAMPLES / "clean-startup.pcapng", SAMPLES / "pdo-unsupported.pcapng"
+        for a, b in ((good, bad), (bad, good)):
+            out = self.diff(a, b).out
+            lead = out.split("SAFEOP refused with 0x0017: what it is about, the likeliest reason first\n")[1]
+            lead, rest = lead.split("\n\n", 1)
+            headings = [line for line in lead.splitlines() if line.startswith("  slave")]
+            self.assertEqual(len(headings), 2, lead)
+            self.assertIn("write of SM2", headings[0])
+            self.assertIn("download of 1C12h:0", headings[1])
+            self.assertRegex(rest, r"\n\d+ further differences not shown; --all shows them\n")
+            self.assertNotIn("What else", out)
+
+    def test_all_prints_the_rest(self):
+        good, bad = SAMPLES / "clean-startup.pcapng", SAMPLES / "pdo-unsupported.pcapng"
+        out = self.diff(good, bad, "--all").out
+        self.assertIn("SAFEOP refused with 0x0017: what it is about", out)
+        self.assertIn("What else is done differently", out)
+        self.assertNotIn("--all shows them", out)
+        # What the master does after the refusal is no reason of it.
+        lead, rest = out.split("What else is done differently")
+        self.assertNotIn("all 0", lead)
+        self.assertIn("all 0", rest)
+
+    def test_relevant_settings_in_json(self):
+        document = json.loads(self.diff(SAMPLES / "clean-startup.pcapng", SAMPLES / "pdo-unsupported.pcapng",
+                                        "--format", "json").out)
+        validate(document, DIFF_SCHEMA)
+        self.assertEqual(document["failed"], "SAFEOP refused with 0x0017")
+        self.assertEqual([d["relevant"] for d in document["differences"] if d["relevant"]], [True, True])
+        self.assertGreater(len(document["differences"]), 10)
+
+    def test_without_a_refusal_nothing_is_folded(self):
+        out = self.diff(SAMPLES / "clean-startup.pcapng", SAMPLES / "pdo-length-mismatch.pcapng").out
+        self.assertIn("\nDifferences\n", out)
+        self.assertNotIn("not shown", out)
+
+    def test_a_refusal_in_both_leads_nothing(self):
+        self.assertNotIn("what it is about",
+                         self.diff(SAMPLES / "pdo-unsupported.pcapng", SAMPLES / "pdo-assign-order.pcapng").out)
+
     def test_slaves_before_all_else(self):
         samples = SOURCE / "samples" / "captures"
         out = self.diff(samples / "clean-startup.pcapng", samples / "clean-mixed-bus.pcapng").out
