@@ -555,6 +555,37 @@ class StartupCaptures(StartupTest):
         self.assertIn("startup-value", rules)
 
 
+class EsiRequirements(StartupTest):
+    ESI = """<EtherCATInfo><Vendor><Id>106</Id><Name>Acme</Name></Vendor><Descriptions><Devices><Device Physics="YY">
+      <Type ProductCode="#x5E42" RevisionNo="1">AS</Type><Name>AS</Name>
+      <Mailbox><CoE><InitCmd><Transition>PS</Transition><Index>#x6060</Index><SubIndex>0</SubIndex><Data>%s</Data>
+      </InitCmd></CoE></Mailbox>%s</Device></Devices></Descriptions></EtherCATInfo>"""
+
+    def expect(self, data, more="", status=0, *arguments):
+        path = self.file("device.esi.xml", self.ESI % (data, more))
+        done = self.run_program("startup", "--expect", path, *arguments, self.good)
+        self.assertEqual(done.returncode, status, f"{done.out}\n{done.err}")
+        return done.out
+
+    def test_all_met(self):
+        self.assertRegex(self.expect("07"), r"done +download of 6060h:0 Modes of operation \(PS\) = 7")
+
+    def test_another_value(self):
+        self.assertRegex(self.expect("08", status=1), r"differs +download of 6060h:0 .* = 8.*; the\s+capture shows 7")
+
+    def test_a_register_that_is_never_written(self):
+        out = self.expect("07", "<ESC><Reg0420>2000</Reg0420></ESC>", 1)
+        self.assertRegex(out, r"missing +register 0x0420 \(watchdog\) = 0x07d0")
+        # Near miss: what the slave controller has after power-on.
+        self.expect("07", "<ESC><Reg0420>1000</Reg0420></ESC>")
+
+    def test_json(self):
+        document = json.loads(self.expect("08", "", 1, "--format", "json"))
+        validate(document, SCHEMA)
+        demands = document["reports"][0]["slaves"][0]["esi_demands"]
+        self.assertEqual([(d["kind"], d["status"]) for d in demands], [("init-command", "differs")])
+
+
 class Diff(StartupTest):
     def diff(self, a, b, *arguments, status=1):
         done = self.run_program("diff", *arguments, a, b)
