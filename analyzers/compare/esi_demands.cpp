@@ -151,7 +151,7 @@ class Demands {
       demand.wanted = StepValue(key, command.data, &slave_);
       const StartupStep* same = LastDownload([&](const StartupStep& step) { return step.key == key; });
       if (same != nullptr) {
-        Judge(*same, command, key, demand);
+        Compare(*same, command, key, demand);
         continue;
       }
       // The whole object at once, or entry by entry: its values are not compared.
@@ -174,8 +174,8 @@ class Demands {
     return last;
   }
 
-  void Judge(const StartupStep& step, const device::EsiInitCommand& command, const StartupKey& key,
-             EsiDemand& demand) const {
+  void Compare(const StartupStep& step, const device::EsiInitCommand& command, const StartupKey& key,
+               EsiDemand& demand) const {
     demand.frame = step.frame.number;
     if (step.outcome != StartupOutcome::kDone) {
       demand.seen = step.note;
@@ -307,7 +307,7 @@ class Demands {
     }
     const std::optional<std::uint8_t> low = assignment != nullptr ? std::optional(assignment->value) : std::nullopt;
     demand.frame = activation->frame;
-    // Off is off, whoever may use the unit.
+    // Switched off: 0x0980 does not matter.
     const bool fits = offered(activation->value == 0 ? std::nullopt : low, activation->value);
     demand.status = fits ? Status::kMet : IsDue(kAtSafeop) ? Status::kDiffers : Status::kNotDue;
     if (!fits) demand.seen = Hex(static_cast<std::uint16_t>(low.value_or(0) | activation->value << 8U));
