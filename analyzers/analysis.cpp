@@ -13,6 +13,7 @@
 #include "analyzers/collect/summary.h"
 #include "analyzers/collect/topology.h"
 #include "analyzers/compare/comparison.h"
+#include "analyzers/compare/esi_demands.h"
 #include "analyzers/judge/capture_advice.h"
 #include "analyzers/judge/common_causes.h"
 #include "analyzers/judge/coverage.h"
@@ -84,6 +85,11 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
 
   AnalysisResult result = Summarise(source, observation);
   for (const auto& collector : collectors) collector->Summarise(result);
+  for (SlaveSummary& slave : result.slaves) {
+    slave.esi_demands = startup::EsiDemandsOf(context.slave(slave.id),
+                                              {slave.startup, result.bus.startup, MissesPackets(context.pairing())});
+  }
+  context.SetSummary(result);
   startup::Comparison comparison;
   if (options.expectation != nullptr) {
     comparison = startup::Compare(*options.expectation, result);

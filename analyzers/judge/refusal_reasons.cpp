@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "analyzers/judge/lossy_capture.h"
@@ -625,7 +626,97 @@ constexpr std::array kRows{
     Row{0x0070, {CheckModules}},
 };
 
+// ----- what the rows are about
+
+/// The registers and objects that show what a check looks at.
+struct About {
+  Check check;
+  std::array<SettingRange, 6> settings;  ///< empty ones at the end
+};
+
+constexpr SettingRange kMailboxRegisters{.first = 0x0800, .last = 0x080F};
+constexpr SettingRange kOutputRegisters{.first = 0x0810, .last = 0x0817};
+constexpr SettingRange kInputRegisters{.first = 0x0818, .last = 0x081F};
+constexpr SettingRange kFurtherManagers{.first = 0x0820, .last = 0x087F};
+constexpr SettingRange kFmmuRegisters{.first = 0x0600, .last = 0x06FF};
+constexpr SettingRange kWatchdogRegisters{.first = 0x0400, .last = 0x0421};
+constexpr SettingRange kClockRegisters{.first = 0x0900, .last = 0x098F};
+constexpr SettingRange kSyncRegisters{.first = 0x0980, .last = 0x09AF};
+constexpr SettingRange kEepromRegisters{.first = 0x0500, .last = 0x0501};
+constexpr SettingRange kEepromMailbox{.kind = SettingRange::Kind::kEeprom, .first = 0x0014, .last = 0x001C};
+constexpr SettingRange kRxObjects{.kind = SettingRange::Kind::kObject, .first = 0x1600, .last = 0x17FF};
+constexpr SettingRange kTxObjects{.kind = SettingRange::Kind::kObject, .first = 0x1A00, .last = 0x1BFF};
+constexpr SettingRange kRxAssigned{.kind = SettingRange::Kind::kObject, .first = 0x1C12, .last = 0x1C12};
+constexpr SettingRange kTxAssigned{.kind = SettingRange::Kind::kObject, .first = 0x1C13, .last = 0x1C13};
+constexpr SettingRange kSyncParameters{.kind = SettingRange::Kind::kObject, .first = 0x1C32, .last = 0x1C33};
+constexpr SettingRange kDriveCycle{.kind = SettingRange::Kind::kObject, .first = 0x60C2, .last = 0x60C2};
+constexpr SettingRange kModuleObjects{.kind = SettingRange::Kind::kObject, .first = 0xF030, .last = 0xF05F};
+
+constexpr std::array kAbout{
+    About{CheckMailboxSet, {kMailboxRegisters}},
+    About{CheckMailboxWords, {kMailboxRegisters, kEepromMailbox}},
+    About{CheckBootstrap, {kMailboxRegisters, kEepromMailbox}},
+    About{CheckMailboxIgnored, {kMailboxRegisters}},
+    About{CheckOutputsIgnored, {kOutputRegisters, kRxObjects, kRxAssigned}},
+    About{CheckInputsIgnored, {kInputRegisters, kTxObjects, kTxAssigned}},
+    About{CheckOutputCount, {kOutputRegisters, kRxObjects, kRxAssigned}},
+    About{CheckInputCount, {kInputRegisters, kTxObjects, kTxAssigned}},
+    // A row of a single direction names it by its other checks.
+    About{CheckLengths, {}},
+    About{CheckLrw, {kFmmuRegisters}},
+    About{CheckOutputs, {kFmmuRegisters, kOutputRegisters}},
+    About{CheckInputs, {kFmmuRegisters, kInputRegisters}},
+    About{CheckWatchdog, {kWatchdogRegisters, kOutputRegisters}},
+    About{CheckLeftOn, {kClockRegisters, kSyncRegisters}},
+    About{CheckSyncActive, {kSyncRegisters, kSyncParameters}},
+    About{CheckSyncUnsupported, {kSyncRegisters, kSyncParameters}},
+    About{CheckSyncCycle, {kSyncRegisters, kSyncParameters, kDriveCycle}},
+    About{CheckSyncTypes, {kSyncRegisters, kSyncParameters}},
+    About{CheckRate, {kSyncRegisters, kClockRegisters, kDriveCycle}},
+    About{CheckEepromOwner, {kEepromRegisters}},
+    About{CheckModules, {kModuleObjects}},
+};
+
+/// What a slave checks at a request, for a code without a row.
+struct AboutRequest {
+  esc::AlState requested;
+  std::array<SettingRange, 12> settings;
+};
+constexpr std::array kAboutRequests{
+    AboutRequest{esc::AlState::PREOP, {kMailboxRegisters, kEepromRegisters}},
+    AboutRequest{esc::AlState::SAFEOP,
+                 {kMailboxRegisters, kOutputRegisters, kInputRegisters, kFurtherManagers, kFmmuRegisters, kRxObjects,
+                  kTxObjects, kRxAssigned, kTxAssigned, kSyncRegisters, kSyncParameters, kModuleObjects}},
+    AboutRequest{esc::AlState::OP,
+                 {kOutputRegisters, kInputRegisters, kFurtherManagers, kFmmuRegisters, kWatchdogRegisters,
+                  kClockRegisters, kSyncRegisters, kSyncParameters, kDriveCycle}},
+};
+
+void AddSettings(std::span<const SettingRange> settings, std::vector<SettingRange>& all) {
+  for (const SettingRange& range : settings) {
+    if (range.last == 0 || std::find(all.begin(), all.end(), range) != all.end()) continue;
+    all.push_back(range);
+  }
+}
+
 }  // namespace
+
+std::vector<SettingRange> SettingsOfRefusal(std::uint16_t code, std::uint8_t requested) {
+  std::vector<SettingRange> all;
+  for (const Row& row : kRows) {
+    if (row.code != code) continue;
+    for (const About& about : kAbout) {
+      if (std::find(row.checks.begin(), row.checks.end(), about.check) != row.checks.end()) {
+        AddSettings(about.settings, all);
+      }
+    }
+  }
+  if (!all.empty()) return all;
+  for (const AboutRequest& about : kAboutRequests) {
+    if (static_cast<std::uint8_t>(about.requested) == requested) AddSettings(about.settings, all);
+  }
+  return all;
+}
 
 RefusalReasons FindRefusalReasons(const RuleContext& context, const RefusalCase& refusal) {
   const auto* row = std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return r.code == refusal.code; });

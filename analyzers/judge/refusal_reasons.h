@@ -13,6 +13,7 @@
 
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/result/finding.h"
+#include "analyzers/result/setting_range.h"
 
 namespace ecaudit {
 
@@ -160,6 +161,10 @@ struct RefusalReasons {
 /// Adds them, with {reason} for the title and the flags {reason_inferred} and {checked} (settings of the code are
 /// right). A finding whose reason is inferred is inferred itself.
 void AddTo(Finding& finding, const RefusalReasons& reasons);
+
+/// The registers and objects that a refusal of the state with this code (0: not read) is about: those that the checks
+/// of its row look at. A code without a row is about what a slave checks at the request.
+[[nodiscard]] std::vector<SettingRange> SettingsOfRefusal(std::uint16_t code, std::uint8_t requested);
 
 /// The codes that have a row, for documentation and tests.
 [[nodiscard]] std::vector<std::uint16_t> CodesWithReasons();

@@ -17,6 +17,7 @@ namespace ecaudit {
 class Explanations;
 class Observation;
 struct AnalysisOptions;
+struct AnalysisResult;
 struct PipelineStatistics;
 namespace bus {
 struct PairingStatistics;
@@ -66,6 +67,9 @@ class RuleContext {
   /// Where the start-up differs from what is expected; null before Rule::Finish(), and where nothing is expected.
   [[nodiscard]] const startup::Comparison* startup() const { return startup_; }
   void SetStartup(const startup::Comparison& comparison) { startup_ = &comparison; }
+  /// What was collected of the capture, findings apart; null before Rule::Finish().
+  [[nodiscard]] const AnalysisResult* summary() const { return summary_; }
+  void SetSummary(const AnalysisResult& summary) { summary_ = &summary; }
 
   /// Names the finding that explains why the slave cannot do what the request in this frame asks for.
   void ExplainRequest(SlaveId slave, FrameNo request, FindingIndex finding);
@@ -90,6 +94,7 @@ class RuleContext {
   const AnalysisOptions& options_;
   Explanations& explanations_;
   const startup::Comparison* startup_ = nullptr;
+  const AnalysisResult* summary_ = nullptr;
 };
 
 }  // namespace ecaudit

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "analyzers/judge/esi_notes.h"
 #include "analyzers/judge/init_command_watch.h"
 #include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/refusal_reasons.h"
@@ -83,7 +84,10 @@ constexpr NoteKind kMayBeOlder{
         "The error may be older: the master did not read AL Status between the start of the capture and the request."};
 
 constexpr const FindingKind* kKinds[] = {&kRefused, &kNotAcknowledged, &kRefusedOnBus};
-constexpr const NoteKind* kOwnNotes[] = {&kInitCommandsMissing, &kNoEdge, &kOtherResult, &kMayBeOlder};
+constexpr const NoteKind* kOwnNotes[] = {&kInitCommandsMissing, &kEsiDemandUnmet, &kFurtherEsiDemands, &kNoEdge,
+                                         &kOtherResult,         &kMayBeOlder};
+
+constexpr Word kWhyEsi{"esi-demand", "an ESI requirement is not met"};
 constexpr auto kNotes = refusal::With(kOwnNotes);
 
 // It asks what explains the request.
@@ -121,8 +125,9 @@ The finding needs an error bit that appears after a request that the slave accep
   the reason: what is wrong, and what was checked and is right. The settings at the refusal count.
 - A possible reason ("maybe" in the title) makes the finding inferred: another cycle of the process data, SYNC0 left on,
   another synchronisation type, a sync manager that was written while it was enabled.
-- With an ESI (--esi), the finding lists the init commands of the ESI that the capture does not show. The capture must
-  show how the slave reached PREOP.
+- With an ESI (--esi), the finding lists what the ESI requires before this request and the capture does not show, or
+  shows with another value: init commands, module list, sync managers, watchdogs, AssignActivate. The capture must show
+  how the slave reached PREOP.
 - The finding belongs to the bus if only broadcast reads show the error bit after a request without the acknowledge bit:
   three times, or once if the master then requests another state or the capture ends. It is not reported if all slaves
   had followed before, or if a slave that was read by itself shows an error.
@@ -218,7 +223,10 @@ class AlRefused final : public Rule {
   void On(const model::AlErrorCleared& e) { Close(e.slave); }
   void On(const model::AlChangedByItself& e) { Close(e.slave); }
 
-  void Finish() override { NotEvaluableWhereRequestsAreNotFollowed(); }
+  void Finish() override {
+    NotEvaluableWhereRequestsAreNotFollowed();
+    for (const auto& [index, reported] : reported_) AddWhatTheEsiRequires(context().store[index], reported);
+  }
 
  private:
   /// What a finding rests on: its first occasion, and the codes read since.
@@ -287,6 +295,27 @@ class AlRefused final : public Rule {
     }
     if (!e.state_before_known) finding.Add(kMayBeOlder);
     DescribeWay(finding, e, family);
+  }
+
+  void AddWhatTheEsiRequires(Finding& finding, const Reported& reported) const {
+    if (finding.kind != &kRefused) return;
+    const model::AlRequestRecord& request = reported.answer.request;
+    const bool explains = AddEsiDemands(context(),
+                                        {.slave = reported.answer.slave,
+                                         .first = request.frame.number,
+                                         .last = request.last.number,
+                                         .requested = request.control.state(),
+                                         .commands_named = finding.Has(kInitCommandsMissing)},
+                                        finding);
+    const bool about_request = !reported.codes.empty() && IsAboutTheRequest(reported.codes.front());
+    if (!explains || about_request || finding.caused_by != kNoFinding || finding.arguments.Has("reason")) return;
+    finding.Set("reason", arg::Of(kWhyEsi)).Set("reason_inferred", arg::Flag());
+    finding.confidence = Confidence::kInferred;
+  }
+  /// The state itself is what the slave refuses.
+  [[nodiscard]] static bool IsAboutTheRequest(std::uint16_t code) {
+    constexpr std::uint16_t kInvalidChange = 0x0011, kUnknownState = 0x0012;
+    return code == kInvalidChange || code == kUnknownState || code == kBootNotSupported;
   }
 
   /// How the master gets to the requested state from where the slave is now, and acknowledges.
