@@ -12,6 +12,9 @@ using Why = LatchNotEvaluable::Why;
 
 /// How long a value may lie unread at the end of the capture before it counts as not read, in ns.
 constexpr std::int64_t kUnreadAtEnd = 1'000'000'000;
+/// A master that sends the control word in every cycle, and never asked for the status or a position, has no other way
+/// to them after this time, in ns.
+constexpr std::int64_t kNoWayAfter = 100'000'000;
 
 }  // namespace
 
@@ -295,13 +298,15 @@ void LatchEdges::CheckUnreachable(std::size_t n, const LatchStatus& status) {
                                  [this](const Signal& signal) { return LatchPlaces::IsStray(*latch_, signal.index); });
   const bool mapped = edge.history.mapping == LatchEdgeHistory::Mapping::kMapped;
   if (mapped || !none || inputs.Find(latch_->status_object, 0) != nullptr) return;
-  if (!long_enough) {
+  const std::int64_t watched = armed.has_time && control_.frame.has_time ? Elapsed(armed.time, control_.frame.time) : 0;
+  if (!long_enough && (!control_.cyclic || watched < kNoWayAfter)) {
     report_.NotEvaluable(Kind::kNotMapped, armed, Why::kEndsWhileUnread);
   } else {
     LatchMisuse misuse = report_.Misuse(
         Kind::kNotMapped, {control_.value, armed, 0, 0, !control_.cyclic, edge.history.first_armed.assumed});
     misuse.edge = &latch_->edges[n];
     misuse.capture = edge.history.first_armed;
+    if (!long_enough) misuse.waited_ns = watched;
     report_.Emit(misuse);
   }
 }
