@@ -45,7 +45,7 @@ constexpr NoteKind kWhilePending{
     .name = "while-sdo-pending",
     .text =
         R"(It came while the SDO {service}[ of {object}] was pending (request in {request_frame}[, response in
-{response_frame}]). The {service} {result}[ with {abort_code}].)"};
+{response_frame}]). The {service} {result}[ with {abort_code}].[{?may_explain} This emergency may be the reason.])"};
 
 constexpr const FindingKind* kKinds[] = {&kEmergency, &kErrorFree};
 constexpr const NoteKind* kNotes[] = {&kWhilePending};
@@ -102,8 +102,9 @@ faults and warnings: such an emergency is an error.
 Emergencies between an SDO request and its response belong together:
 
 - The finding states whether the SDO transfer succeeded.
-- The first emergency is the cause of the others.
-- If the slave aborts the transfer and no other rule explains that, the first emergency is its cause.
+- The first emergency is taken as the cause of the others.
+- If the slave aborts the transfer because of its state (0x08000020 to 0x08000022) and no other rule explains that, the
+  first emergency may be the reason: sdo-abort names it as its cause, and is inferred.
 
 ## Example
 samples/captures/emergency.pcapng: code 0x7305 with error register 0x01 and manufacturer data 11 22 33 44 55.
@@ -169,7 +170,7 @@ class EmcyReceived final : public Rule {
       if (came.frame <= t.request.number || came.frame >= t.last.number) continue;
       Finding& finding = context().store[came.finding];
       if (!finding.Has(kWhilePending)) {
-        finding.Add(kWhilePending, NoteOf(t));
+        finding.Add(kWhilePending, NoteOf(t, first == kNoFinding));
         AddRelated(finding, t.request.number);
         AddRelated(finding, t.last.number);
       }
@@ -179,7 +180,7 @@ class EmcyReceived final : public Rule {
         finding.caused_by = first;
       }
     }
-    if (first != kNoFinding && t.outcome == mailbox::SdoOutcome::kAborted && t.aborted_by == mailbox::Direction::kIn) {
+    if (first != kNoFinding && MayExplain(t)) {
       aborts_.push_back({t.slave, t.last.number, first});
       if (aborts_.size() > kMostAborts) aborts_.erase(aborts_.begin());
     }
@@ -187,7 +188,7 @@ class EmcyReceived final : public Rule {
 
   void Finish() override {
     for (const Recent& abort : aborts_) {
-      ExplainFindings(context(), "sdo-abort", abort.slave, abort.frame, abort.finding);
+      ExplainFindings(context(), "sdo-abort", abort.slave, abort.frame, abort.finding, Confidence::kInferred);
     }
     (void)NotEvaluableWithoutReturns();
   }
@@ -207,7 +208,15 @@ class EmcyReceived final : public Rule {
     recent_[next_++ % recent_.size()] = {e.slave, e.frame.number, finding};
   }
 
-  [[nodiscard]] Arguments NoteOf(const mailbox::SdoTransfer& t) const {
+  /// Only codes about the state of the device can have the event as their reason that the emergency reports.
+  [[nodiscard]] static bool MayExplain(const mailbox::SdoTransfer& t) {
+    constexpr std::uint32_t kNotTransferred = 0x08000020, kDeviceState = 0x08000022;
+    return t.outcome == mailbox::SdoOutcome::kAborted && t.aborted_by == mailbox::Direction::kIn &&
+           t.abort_code >= kNotTransferred && t.abort_code <= kDeviceState;
+  }
+
+  /// @param first  of those that came in this transfer
+  [[nodiscard]] static Arguments NoteOf(const mailbox::SdoTransfer& t, bool first) {
     Arguments note{{"service", ServiceValue(t.service)}, {"request_frame", arg::Frame(t.request.number)}};
     if (t.has_object) note.Set("object", arg::Object(t.index, t.complete_access ? -1 : t.subindex));
     if (t.response.seen()) note.Set("response_frame", arg::Frame(t.response.number));
@@ -217,7 +226,8 @@ class EmcyReceived final : public Rule {
         break;
       case mailbox::SdoOutcome::kAborted:
         note.Set("result", arg::Of(kWasAborted))
-            .Set("abort_code", arg::Code(t.abort_code, mailbox::AbortCodeText(t.abort_code), 8));
+            .Set("abort_code", arg::Code(t.abort_code, mailbox::AbortCodeText(t.abort_code), 8))
+            .Set("may_explain", arg::Flag(first && MayExplain(t)));
         break;
       case mailbox::SdoOutcome::kMailboxError:
         note.Set("result", arg::Of(kMailboxError));
