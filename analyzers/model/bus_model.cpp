@@ -391,6 +391,7 @@ void BusModel::On(const mailbox::SdoTransfer& transfer) {
   SlaveModel& slave = slaves_[transfer.slave];
   slave.objects.Apply(transfer);
   slave.modules.Apply(transfer);
+  slave.diagnosis.Apply(transfer);
   // When the list is complete: a description for each of its entries would be kept for nothing.
   if (transfer.has_object && !SlotModules::IsList(transfer.index)) TakeModules(transfer.slave);
   if (slave.process.Apply(transfer)) {
