@@ -55,6 +55,7 @@ void BusModel::On(const track::SlaveFound& event) {
   slaves_.emplace_back(event.slave, network_.state(event.slave), limits_, events_);
   by_id_.push_back(&slaves_.back());
   slaves_.back().al.SetTimeouts(timeouts_);
+  slaves_.back().set_up.Begin(network_.state(event.slave));
   slaves_.back().latch.SetAcknowledgeLimit(latch_acknowledge_ns_);
   slaves_.back().drives.SetLimits(drive_limits_);
   seen_identities_.emplace_back().slave = event.slave;
