@@ -94,6 +94,7 @@ constexpr Word kWhyNoOutputs{"no-outputs", "no outputs reach the slave"};
 constexpr Word kWhyNoInputs{"no-inputs", "the slave gives no inputs"};
 constexpr Word kWhyRxCount{"rx-count-exceeds-entries", "1C12h:0 counts more PDOs than shown"};
 constexpr Word kWhyTxCount{"tx-count-exceeds-entries", "1C13h:0 counts more PDOs than shown"};
+constexpr Word kWhyMappedLength{"mapped-length-differs", "length of a mapped object"};
 constexpr Word kWhyWatchdogZero{"watchdog-zero", "watchdog time is 0"};
 constexpr Word kWhySyncLeftOn{"sync-left-on", "SYNC0 left on by the last run"};
 constexpr Word kWhySyncOff{"sync-off", "SYNC0 is not active"};
@@ -346,6 +347,35 @@ void CheckOutputCount(const Case& of, Outcome& found) {
 }
 void CheckInputCount(const Case& of, Outcome& found) {
   CheckCount(of, found, process::kTxAssignment);
+}
+
+/// The master wrote a mapping with another length than the type of the object has.
+void CheckMapped(const Case& of, Outcome& found, device::PdoDirection direction) {
+  constexpr std::uint16_t kNoObject = 0xFF;  // the length byte of an entry without a length
+  const model::ProcessLayout& layout = of.model.process.Layout(direction);
+  if (!layout.known() || layout.source == model::LayoutSource::kDefault || !of.Counts(layout.since)) return;
+  for (const model::Signal& signal : layout.signals) {
+    // What the slave offers by itself is its own affair.
+    const model::ObjectValue* written = of.model.objects.Find(signal.pdo, 0);
+    if (signal.gap() || written == nullptr || !written->written) continue;
+    const std::uint16_t bits = device::BitsOf(device::DataTypeFromCode(static_cast<std::uint16_t>(signal.type)));
+    const bool none = bits == 0 && signal.bits == kNoObject;
+    // A BOOLEAN may fill a byte.
+    const bool differs = bits != 0 && bits != signal.bits && !(bits == 1 && signal.bits == 8);
+    if (!none && !differs) continue;
+    Arguments arguments{{"pdo", arg::Object(signal.pdo)},
+                        {"object", arg::Object(signal.index, signal.subindex)},
+                        {"mapped", arg::Count(signal.bits, "bit")}};
+    if (differs) arguments.Set("expected", arg::Count(bits, "bit"));
+    found.May(refusal::kMappedLength, kWhyMappedLength, std::move(arguments));
+    return;
+  }
+}
+void CheckMappedOutputs(const Case& of, Outcome& found) {
+  CheckMapped(of, found, device::PdoDirection::kRx);
+}
+void CheckMappedInputs(const Case& of, Outcome& found) {
+  CheckMapped(of, found, device::PdoDirection::kTx);
 }
 
 void CheckLrw(const Case& of, Outcome& found) {
@@ -668,7 +698,7 @@ void CheckModules(const Case& of, Outcome& found) {
 
 // ----- the table
 
-constexpr std::size_t kMostChecks = 8;
+constexpr std::size_t kMostChecks = 10;
 struct Row {
   std::uint16_t code;
   std::array<Check, kMostChecks> checks;  ///< the likeliest reason first; null: no more
@@ -679,16 +709,16 @@ constexpr std::array kRows{
     Row{0x0016, {CheckMailboxSet, CheckMailboxWords, CheckMailboxIgnored}},
     Row{0x0017,
         {CheckMailboxSet, CheckMailboxIgnored, CheckOutputsSet, CheckInputsSet, CheckOutputsIgnored, CheckInputsIgnored,
-         CheckLengths}},
+         CheckMappedOutputs, CheckMappedInputs, CheckLengths}},
     Row{0x0018, {CheckInputs, CheckLrw}},
     Row{0x0019, {CheckLrw, CheckOutputs}},
     Row{0x001A, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
     Row{0x001B, {CheckLrw, CheckOutputs}},
-    Row{0x001D, {CheckOutputsSet, CheckOutputsIgnored, CheckOutputCount, CheckLengths}},
-    Row{0x001E, {CheckInputsSet, CheckInputsIgnored, CheckInputCount, CheckLengths}},
+    Row{0x001D, {CheckOutputsSet, CheckOutputsIgnored, CheckOutputCount, CheckMappedOutputs, CheckLengths}},
+    Row{0x001E, {CheckInputsSet, CheckInputsIgnored, CheckInputCount, CheckMappedInputs, CheckLengths}},
     Row{0x001F, {CheckWatchdog}},
-    Row{0x0024, {CheckInputsSet, CheckInputsIgnored, CheckInputCount, CheckLengths}},
-    Row{0x0025, {CheckOutputsSet, CheckOutputsIgnored, CheckOutputCount, CheckLengths}},
+    Row{0x0024, {CheckInputsSet, CheckInputsIgnored, CheckInputCount, CheckMappedInputs, CheckLengths}},
+    Row{0x0025, {CheckOutputsSet, CheckOutputsIgnored, CheckOutputCount, CheckMappedOutputs, CheckLengths}},
     Row{0x0026, {CheckSyncTypes, CheckSyncCycle, CheckLengths}},
     Row{0x0027, {CheckTypeRejected, CheckSyncActive, CheckSyncTypes}},
     Row{0x0028, {CheckSyncUnsupported, CheckTypeRejected, CheckSyncTypes}},

@@ -68,6 +68,10 @@ inline constexpr NoteKind kCountExceeds{
     "count-exceeds-entries",
     "The master wrote {entries:number} to {object:number} ({count_frame}), but the capture shows [only "
     "{shown}][{!shown}no entry]. The slave may have fewer PDOs, which may be the reason."};
+inline constexpr NoteKind kMappedLength{
+    "mapped-length-differs",
+    "{pdo} maps {object} with {mapped}, [but its type has {expected}][{!expected}which no object has]. This may be the "
+    "reason."};
 inline constexpr NoteKind kWatchdogZero{
     "watchdog-zero",
     "The process data watchdog time {register} is 0, but SM{sync_manager} triggers the watchdog (bit 6 of its control "
@@ -123,13 +127,20 @@ inline constexpr NoteKind kModuleCountDiffers{
     "{detected_frame})."};
 inline constexpr NoteKind kChecked{"checked", "Checked and right: {checked}."};
 
-inline constexpr const NoteKind* kNotes[] = {
-    &kMailboxNeverSet,  &kMailboxOff,     &kMailboxUnseen,  &kNoMailboxInEeprom,  &kBootstrapMailbox,
-    &kWriteIgnored,     &kLrwUnsupported, &kOutputsNotSent, &kOutputsNotAccepted, &kInputsNotRead,
-    &kWatchdogZero,     &kSyncLeftOn,     &kSyncOff,        &kSyncUnseen,         &kManagerUnseen,
-    &kSyncOffAtRequest, &kSyncOn,         &kSyncCycleZero,  &kSyncCycleTooShort,  &kSyncTypeDiffers,
-    &kSyncTypeRejected, &kRateDiffers,    &kEepromHeld,     &kModuleDiffers,      &kModuleCountDiffers,
-    &kCountExceeds,     &kChecked};
+inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,    &kMailboxOff,
+                                             &kMailboxUnseen,      &kNoMailboxInEeprom,
+                                             &kBootstrapMailbox,   &kWriteIgnored,
+                                             &kLrwUnsupported,     &kOutputsNotSent,
+                                             &kOutputsNotAccepted, &kInputsNotRead,
+                                             &kMappedLength,       &kWatchdogZero,
+                                             &kSyncLeftOn,         &kSyncOff,
+                                             &kSyncUnseen,         &kManagerUnseen,
+                                             &kSyncOffAtRequest,   &kSyncOn,
+                                             &kSyncCycleZero,      &kSyncCycleTooShort,
+                                             &kSyncTypeDiffers,    &kSyncTypeRejected,
+                                             &kRateDiffers,        &kEepromHeld,
+                                             &kModuleDiffers,      &kModuleCountDiffers,
+                                             &kCountExceeds,       &kChecked};
 
 /// The notes of a rule together with these.
 template <std::size_t N>
