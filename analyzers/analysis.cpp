@@ -18,6 +18,7 @@
 #include "analyzers/judge/common_causes.h"
 #include "analyzers/judge/coverage.h"
 #include "analyzers/judge/crowded_lists.h"
+#include "analyzers/judge/diagnosis_notes.h"
 #include "analyzers/judge/finding_order.h"
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/lossy_capture.h"
@@ -99,6 +100,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   for (const auto& collector : collectors) collector->Conclude();
   JoinConsequences(context);
   AddParameterNotes(context, store);
+  AddDiagnosisNotes(context, store);
   if (MissesPackets(context.pairing())) WeakenWhatHistoryMayExplain(store, rules);
   const std::size_t slaves = ForgetReplaced(context, store);
   result.coverage = CoverageOf(context, result);

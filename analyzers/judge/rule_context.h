@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/result/finding.h"
@@ -76,6 +77,8 @@ class RuleContext {
   /// What ExplainRequest() named for it last; kNoFinding when nothing did. Of rules that may explain one request, the
   /// one with the nearer cause declares the others in RuleInfo::after.
   [[nodiscard]] FindingIndex ExplanationOf(SlaveId slave, FrameNo request) const;
+  /// All findings that explain it, the newest first.
+  [[nodiscard]] std::vector<FindingIndex> ExplanationsOf(SlaveId slave, FrameNo request) const;
   /// Names the finding about what is wrong with the PDO mapping of one direction; kNoFinding: nothing any more.
   void BlameMapping(SlaveId slave, device::PdoDirection direction, FindingIndex finding);
   /// What BlameMapping() named last; kNoFinding when nothing did.

@@ -23,7 +23,7 @@ constexpr FindingKind kRefused{
     .name = "refused",
     .title =
         R"([{?reason}{requested} refused with {al_status_code:number}: [{?reason_inferred}maybe
-]{reason}][{!reason}{requested} refused[ in {state_before}][ with AL status code {al_status_code}]])",
+]{reason}[ in slot {slot}]][{!reason}{requested} refused[ in {state_before}][ with AL status code {al_status_code}]])",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. From {frame} on AL Status is {al_status:number} ({al_status}).[ The AL status code (0x0134) is
 {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the slave
@@ -262,11 +262,26 @@ class AlRefused final : public Rule {
     AddRelated(finding, frame.number == finding.first.number ? 0 : frame.number);
     if (reported.codes.size() > 1) return;  // what was checked belongs to the first code
     const model::AlRequestRecord& request = reported.answer.request;
+    PreferPredicted(finding, request, code);
     AddTo(finding, FindRefusalReasons(context(), {.slave = finding.slave,
                                                   .code = code,
                                                   .requested = request.control.state(),
                                                   .request = request.last.number,
                                                   .shown = reported.answer.frame.number}));
+  }
+
+  /// Of several findings that explain the refusal, the one that predicts this code is its cause.
+  void PreferPredicted(Finding& finding, const model::AlRequestRecord& request, std::uint16_t code) {
+    const auto predicts = [&](FindingIndex index) {
+      const Value* expected = context().store[index].arguments.Find("expected_code");
+      return expected != nullptr && expected->number == code;
+    };
+    if (finding.caused_by == kNoFinding || predicts(finding.caused_by)) return;
+    for (const FindingIndex other : context().ExplanationsOf(finding.slave, request.frame.number)) {
+      if (!predicts(other)) continue;
+      finding.caused_by = other;
+      return;
+    }
   }
 
   void Describe(Finding& finding, const Reported& reported) const {
