@@ -216,6 +216,21 @@ bool CoeRejected(const Finding&, const Finding& cause) {
   return NumberOf(cause, "detail") == kUnsupportedProtocol && CodeOf(cause, "protocol") == "CoE";
 }
 
+/// Every one of the effect's frames is one of the cause's.
+bool WithinItsFrames(const Finding& effect, const Finding& cause) {
+  return cause.first.number <= effect.first.number && effect.last.number <= cause.last.number;
+}
+
+/// The slave sends messages that are not well formed.
+bool FromSlave(const Finding&, const Finding& cause) {
+  return CodeOf(cause, "direction") == "in";
+}
+
+/// The message that is not well formed was read as this reply.
+bool IsItself(const Finding& effect, const Finding& cause) {
+  return FromSlave(effect, cause) && WithinItsFrames(effect, cause);
+}
+
 /// The slave counted invalid frames while frames were lost.
 bool CountedMeanwhile(const Finding& effect, const Finding& cause) {
   if (!cause.arguments.Has("counted")) return false;
@@ -285,11 +300,6 @@ bool NamesWatchdog(const RuleContext&, const Finding& effect) {
 /// It was found before the effect, not only begun.
 bool Precedes(const Finding& effect, const Finding& cause) {
   return cause.first.number <= effect.first.number;
-}
-
-/// Every one of the effect's frames is one of the cause's.
-bool WithinItsFrames(const Finding& effect, const Finding& cause) {
-  return cause.first.number <= effect.first.number && effect.last.number <= cause.last.number;
 }
 
 /// A slave set the error bit: broadcasts do not show the code.
@@ -437,6 +447,8 @@ constexpr std::array kLaws{
     Law{"al-error-standing", "bus-slave-count-changed", -1, nullptr, Bus::kYes},
     Law{"al-illegal-transition", "al-refused", kLater, nullptr, Bus::kNo, GoesOnFromRefusal},
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, NamesMalformedMessage},
+    Law{"mailbox-error-reply", "mailbox-malformed", -1, nullptr, Bus::kNo, IsItself},
+    Law{"al-refused", "mailbox-malformed", kLater, NamesProcessData, Bus::kNo, FromSlave},
     Law{"drive-fault", "al-unexpected-change", kSoon, GivesNoReason},
     Law{"drive-illegal-state-change", "al-unexpected-change", kSoon, IsWarning},
     Law{"drive-illegal-state-change", "sync-watchdog-margin", kSoon, IsWarning},
