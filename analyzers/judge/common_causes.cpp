@@ -197,6 +197,46 @@ bool MappingRefused(const Finding& effect, const Finding& cause) {
   return manager != 0 && NumberOf(effect, "sync_manager").value_or(manager) == manager;
 }
 
+/// The slave refused an entry of a PDO or of an assignment before: then the number of entries does not fit. Or it
+/// refuses the whole object for one reason.
+bool SameListRefused(const Finding& effect, const Finding& cause) {
+  const std::int64_t manager = ManagerOfDownload(effect);
+  if (manager == 0 || ManagerOfDownload(cause) != manager || NumberOf(effect, "index") != NumberOf(cause, "index"))
+    return false;
+  if (cause.first.number >= effect.first.number) return false;
+  constexpr std::array<std::int64_t, 4> kOfObject{0x06010000, 0x06010002, 0x06010003, 0x08000022};
+  const auto code = NumberOf(effect, "abort_code");
+  const bool of_object = code && std::find(kOfObject.begin(), kOfObject.end(), *code) != kOfObject.end();
+  return NumberOf(effect, "subindex") == 0 || (of_object && code == NumberOf(cause, "abort_code"));
+}
+
+/// The slave rejects CoE, by which its process data would be configured.
+bool CoeRejected(const Finding&, const Finding& cause) {
+  constexpr std::int64_t kUnsupportedProtocol = 2;
+  return NumberOf(cause, "detail") == kUnsupportedProtocol && CodeOf(cause, "protocol") == "CoE";
+}
+
+/// Every one of the effect's frames is one of the cause's.
+bool WithinItsFrames(const Finding& effect, const Finding& cause) {
+  return cause.first.number <= effect.first.number && effect.last.number <= cause.last.number;
+}
+
+/// The slave sends messages that are not well formed.
+bool FromSlave(const Finding&, const Finding& cause) {
+  return CodeOf(cause, "direction") == "in";
+}
+
+/// The message that is not well formed was read as this reply.
+bool IsItself(const Finding& effect, const Finding& cause) {
+  return FromSlave(effect, cause) && WithinItsFrames(effect, cause);
+}
+
+/// The slave counted invalid frames while frames were lost.
+bool CountedMeanwhile(const Finding& effect, const Finding& cause) {
+  if (!cause.arguments.Has("counted")) return false;
+  return BegunBy(cause) <= effect.last.number && effect.first.number <= cause.last.number;
+}
+
 /// The slave's own code speaks of process data: their sync managers, length or mapping.
 bool NamesProcessData(const RuleContext&, const Finding& effect) {
   constexpr std::array<std::int64_t, 6> kCodes{0x0017, 0x001D, 0x001E, 0x0021, 0x0024, 0x0025};
@@ -260,11 +300,6 @@ bool NamesWatchdog(const RuleContext&, const Finding& effect) {
 /// It was found before the effect, not only begun.
 bool Precedes(const Finding& effect, const Finding& cause) {
   return cause.first.number <= effect.first.number;
-}
-
-/// Every one of the effect's frames is one of the cause's.
-bool WithinItsFrames(const Finding& effect, const Finding& cause) {
-  return cause.first.number <= effect.first.number && effect.last.number <= cause.last.number;
 }
 
 /// A slave set the error bit: broadcasts do not show the code.
@@ -397,16 +432,23 @@ constexpr std::array kLaws{
     Law{"al-unexpected-change", "sync-watchdog-margin", 0, nullptr, Bus::kEffect},
     Law{"al-unexpected-change", "frame-lost", kSoon, NamesWatchdog, Bus::kYes},
     Law{"al-unexpected-change", "frame-lost", kSoon, ShowsError, Bus::kBoth, LostInARow},
+    Law{"frame-lost", "bus-link-errors", -1, nullptr, Bus::kEffect, CountedMeanwhile, true},
     Law{"frame-lost", "bus-no-answer", -1, nullptr, Bus::kBoth, WithinItsFrames},
     Law{"wkc-mismatch", "pdo-length-mismatch", kSoon, OfProcessData, Bus::kNo, IsAboutOutputs},
     Law{"mailbox-counter", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
     Law{"mailbox-malformed", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
     Law{"mailbox-no-response", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
     Law{"sdo-unexpected-response", "bus-duplicate-address", -1, nullptr, Bus::kNo, WithinItsFrames},
+    Law{"al-refused", "bus-duplicate-address", kLater, NamesProcessData, Bus::kNo, Precedes},
+    Law{"sm-overlap", "bus-duplicate-address", kLater, nullptr, Bus::kNo, Precedes},
+    Law{"sm-process-config", "bus-duplicate-address", kLater, nullptr, Bus::kNo, Precedes},
+    Law{"sm-mailbox-config", "bus-duplicate-address", kLater, nullptr, Bus::kNo, Precedes},
     Law{"al-unexpected-change", "wkc-mismatch", -1, NamesSynchronisationOrWatchdog, Bus::kNo, WasAway},
     Law{"al-error-standing", "bus-slave-count-changed", -1, nullptr, Bus::kYes},
     Law{"al-illegal-transition", "al-refused", kLater, nullptr, Bus::kNo, GoesOnFromRefusal},
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, NamesMalformedMessage},
+    Law{"mailbox-error-reply", "mailbox-malformed", -1, nullptr, Bus::kNo, IsItself},
+    Law{"al-refused", "mailbox-malformed", kLater, NamesProcessData, Bus::kNo, FromSlave},
     Law{"drive-fault", "al-unexpected-change", kSoon, GivesNoReason},
     Law{"drive-illegal-state-change", "al-unexpected-change", kSoon, IsWarning},
     Law{"drive-illegal-state-change", "sync-watchdog-margin", kSoon, IsWarning},
@@ -436,6 +478,8 @@ constexpr std::array kLaws{
     Law{"pdo-assign-order", "pdo-assign-state", kLater, nullptr, Bus::kNo, SameObject},
     Law{"sm-process-config", "sdo-abort", kLater, nullptr, Bus::kNo, MappingRefused},
     Law{"al-refused", "sdo-abort", kLater, NamesProcessData, Bus::kNo, MappingRefused},
+    Law{"sdo-abort", "sdo-abort", -1, nullptr, Bus::kNo, SameListRefused},
+    Law{"al-refused", "mailbox-error-reply", kLater, NamesProcessData, Bus::kNo, CoeRejected},
     Law{"al-refused", "fmmu-mismatch", -1, NamesExchange},
     Law{"al-unexpected-change", "fmmu-mismatch", -1, NamesExchange},
     Law{"al-refused", "sdo-abort", kLater, NamesSyncSettings, Bus::kNo, SyncSettingRefused},

@@ -5,6 +5,7 @@
 
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
+#include "decoder/esc/sii.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/pipeline.h"
 
@@ -55,6 +56,26 @@ Value OutcomeValue(mailbox::SdoOutcome outcome) {
       {"answer not captured", "the answer is not in the capture"},
       {"frames missing from the capture", "frames are missing from the capture"}};
   return arg::Of(kWords[static_cast<std::size_t>(outcome) % std::size(kWords)]);
+}
+
+std::uint16_t SiiProtocolOf(mailbox::Protocol protocol) {
+  switch (protocol) {
+    case mailbox::Protocol::kAoE:
+      return esc::kSiiAoe;
+    case mailbox::Protocol::kEoE:
+      return esc::kSiiEoe;
+    case mailbox::Protocol::kCoE:
+      return esc::kSiiCoe;
+    case mailbox::Protocol::kFoE:
+      return esc::kSiiFoe;
+    case mailbox::Protocol::kSoE:
+      return esc::kSiiSoe;
+    case mailbox::Protocol::kVoE:
+      return esc::kSiiVoe;
+    case mailbox::Protocol::kError:
+      break;
+  }
+  return 0;
 }
 
 void SetRequest(Arguments& arguments, const mailbox::RequestSummary& request) {

@@ -27,6 +27,8 @@ inline constexpr std::int64_t kMailboxAnswerLimit = 1'000'000'000;
 [[nodiscard]] Value ServiceValue(mailbox::SdoService service);
 /// How a transfer ended.
 [[nodiscard]] Value OutcomeValue(mailbox::SdoOutcome outcome);
+/// The bit of a protocol in word 0x1C of an EEPROM; 0: it has none.
+[[nodiscard]] std::uint16_t SiiProtocolOf(mailbox::Protocol protocol);
 /// Sets {protocol}, and {object} of an SDO request, for templates like
 /// "the [SDO request for {object}][{!object}{protocol} request]".
 void SetRequest(Arguments& arguments, const mailbox::RequestSummary& request);

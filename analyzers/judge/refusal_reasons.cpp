@@ -57,8 +57,11 @@ struct Outcome {
   const Word* reason = nullptr;
   std::uint8_t slot = 0;           ///< of `reason`
   const Word* possible = nullptr;  ///< a reason that nothing but the coincidence speaks for
+  std::optional<Value> value;      ///< of the setting that the reason is about
   std::vector<Note> wrong;
   std::vector<const Word*> right;
+
+  [[nodiscard]] bool none() const { return reason == nullptr && possible == nullptr; }
 
   /// The slave has to refuse this.
   /// @param why  for the title
@@ -103,6 +106,12 @@ constexpr Word kWhySyncSetAfterRequest{"sync-set-after-request", "SYNC0 was acti
 constexpr Word kWhySyncOn{"sync-on", "SYNC0 is active"};
 constexpr Word kWhySyncCycleZero{"sync-cycle-zero", "the SYNC0 cycle is 0"};
 constexpr Word kWhySyncCycleTooShort{"sync-cycle-too-short", "the SYNC0 cycle is too short"};
+constexpr Word kWhySyncCycleRejected{"sync-cycle-rejected", "the SYNC0 cycle is not accepted"};
+constexpr Word kWhySyncSettings{"sync-settings", "SYNC0 cycle or 0x0981"};
+constexpr Word kWhyMailboxAsEeprom{"mailbox-as-eeprom", "firmware and EEPROM differ"};
+constexpr Word kWhyTypesSwapped{"types-swapped", "1C00h of the slave swaps SM2 and SM3"};
+constexpr Word kWhyNoRxPdo{"no-rx-pdo", "1C12h is empty, but SM2 is not"};
+constexpr Word kWhyNoTxPdo{"no-tx-pdo", "1C13h is empty, but SM3 is not"};
 constexpr Word kWhySyncTypeDiffers{"sync-type-differs", "1C32h:1 does not fit 0x0981"};
 constexpr Word kWhyRateDiffers{"rate-differs", "cycle differs from SYNC0"};
 constexpr Word kWhyEepromHeld{"eeprom-held", "the master holds the EEPROM"};
@@ -190,6 +199,20 @@ void CheckMailboxWords(const Case& of, Outcome& found) {
   } else {
     found.May(refusal::kNoMailboxInEeprom, kWhyNoMailboxInEeprom, std::move(arguments));
   }
+}
+
+/// Set as the EEPROM has it, and refused nevertheless.
+void CheckMailboxFirmware(const Case& of, Outcome& found) {
+  if (!found.none() || of.refusal.requested == 0) return;
+  const std::array<std::optional<esc::SiiMailbox>, 2> words{of.sii.header.standard_receive,
+                                                            of.sii.header.standard_send};
+  for (std::size_t n = 0; n < words.size(); ++n) {
+    const auto manager = of.manager(n);
+    if (!manager || !manager->enabled() || !words[n] || words[n]->size == 0) return;
+    if (manager->start != words[n]->offset || manager->length != words[n]->size) return;
+    if (!manager->mailbox() || !of.Counts(of.model.set_up.manager_changed(n))) return;
+  }
+  found.May(refusal::kMailboxAsEeprom, kWhyMailboxAsEeprom);
 }
 
 void CheckBootstrap(const Case& of, Outcome& found) {
@@ -341,6 +364,40 @@ void CheckCount(const Case& of, Outcome& found, std::uint16_t assignment) {
   if (shown > 0) arguments.Set("shown", arg::Count(shown, "entry"));
   found.May(refusal::kCountExceeds, assignment == process::kTxAssignment ? kWhyTxCount : kWhyRxCount,
             std::move(arguments));
+}
+
+/// 1C00h lists the types of the process data sync managers the other way round.
+void CheckTypes(const Case& of, Outcome& found) {
+  constexpr std::uint16_t kTypes = 0x1C00;
+  constexpr std::uint64_t kOutputType = 3, kInputType = 4;
+  const auto type_of = [&](std::size_t n) {
+    const model::ObjectValue* type = of.model.objects.Find(kTypes, static_cast<std::uint8_t>(n + 1));
+    return type != nullptr && of.Applied(type->since) ? type->raw : 0;
+  };
+  const auto outputs = of.manager(kOutputs);
+  if (type_of(kOutputs) != kInputType || type_of(kInputs) != kOutputType || !outputs || !outputs->enabled()) return;
+  if (outputs->direction() != esc::SmDirection::ECAT_WRITES) return;
+  found.Wrong(refusal::kTypesSwapped, kWhyTypesSwapped, {{"control", arg::Hex(outputs->control, 2)}});
+}
+
+/// Sync manager `n` has a length although the slave assigns no PDO to it.
+void CheckAssigned(const Case& of, Outcome& found, std::size_t n) {
+  const std::uint16_t assignment = n == kOutputs ? process::kRxAssignment : process::kTxAssignment;
+  const model::ObjectValue* const count = of.model.objects.Find(assignment, 0);
+  const auto manager = of.manager(n);
+  if (of.refusal.requested == 0 || count == nullptr || count->raw != 0 || !of.Applied(count->since)) return;
+  if (!manager || !manager->enabled() || manager->length == 0) return;
+  found.May(refusal::kNoPdoAssigned, n == kOutputs ? kWhyNoRxPdo : kWhyNoTxPdo,
+            {{"object", arg::Object(assignment, 0)},
+             {"count_frame", arg::Frame(count->since)},
+             {"sync_manager", arg::Number(static_cast<std::int64_t>(n))},
+             {"bytes", Bytes(manager->length)}});
+}
+void CheckOutputsAssigned(const Case& of, Outcome& found) {
+  CheckAssigned(of, found, kOutputs);
+}
+void CheckInputsAssigned(const Case& of, Outcome& found) {
+  CheckAssigned(of, found, kInputs);
 }
 
 void CheckOutputCount(const Case& of, Outcome& found) {
@@ -564,6 +621,22 @@ void CheckSyncCycle(const Case& of, Outcome& found) {
   if (checked) found.Right(kSyncCycle);
 }
 
+/// No setting is known to be wrong, but the code is about them: the slave does not accept what is set.
+void CheckSyncSettings(const Case& of, Outcome& found) {
+  const auto cycle = of.sync0_cycle_ns();
+  if (!found.none() || !of.sync0().value_or(false) || !cycle || *cycle == 0 || !of.Counts(of.sync_changed())) return;
+  if (std::find(found.right.begin(), found.right.end(), &kSyncCycle) != found.right.end()) return;
+  found.value = arg::Ms(*cycle);
+  constexpr std::uint16_t kInvalidSettings = 0x0030;
+  if (of.refusal.code != kInvalidSettings) {
+    found.Wrong(refusal::kSyncCycleRejected, kWhySyncCycleRejected, {{"cycle_us", arg::Us(*cycle)}});
+    return;
+  }
+  Arguments arguments{{"cycle_us", arg::Us(*cycle)}, {"activation", Activation(of)}};
+  if (of.dc.activation_changed() != 0) arguments.Set("write_frame", arg::Frame(of.dc.activation_changed()));
+  found.May(refusal::kSyncSettings, kWhySyncSettings, std::move(arguments));
+}
+
 /// Of the first object that does not fit. Synchronous to the outputs (0x22) fits both.
 void CheckSyncTypes(const Case& of, Outcome& found) {
   const auto sync0 = of.sync0();
@@ -707,7 +780,7 @@ struct Row {
 
 constexpr std::array kRows{
     Row{0x0015, {CheckMailboxSet, CheckBootstrap, CheckMailboxIgnored}},
-    Row{0x0016, {CheckMailboxSet, CheckMailboxWords, CheckMailboxIgnored}},
+    Row{0x0016, {CheckMailboxSet, CheckMailboxWords, CheckMailboxIgnored, CheckMailboxFirmware}},
     Row{0x0017,
         {CheckMailboxSet, CheckMailboxIgnored, CheckOutputsSet, CheckInputsSet, CheckOutputsIgnored, CheckInputsIgnored,
          CheckMappedOutputs, CheckMappedInputs, CheckLengths}},
@@ -715,11 +788,19 @@ constexpr std::array kRows{
     Row{0x0019, {CheckLrw, CheckOutputs}},
     Row{0x001A, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
     Row{0x001B, {CheckLrw, CheckOutputs}},
-    Row{0x001D, {CheckOutputsSet, CheckOutputsIgnored, CheckOutputCount, CheckMappedOutputs, CheckLengths}},
-    Row{0x001E, {CheckInputsSet, CheckInputsIgnored, CheckInputCount, CheckMappedInputs, CheckLengths}},
+    Row{0x001D,
+        {CheckTypes, CheckOutputsSet, CheckOutputsIgnored, CheckOutputCount, CheckMappedOutputs, CheckLengths,
+         CheckOutputsAssigned}},
+    Row{0x001E,
+        {CheckTypes, CheckInputsSet, CheckInputsIgnored, CheckInputCount, CheckMappedInputs, CheckLengths,
+         CheckInputsAssigned}},
     Row{0x001F, {CheckWatchdog}},
-    Row{0x0024, {CheckInputsSet, CheckInputsIgnored, CheckInputCount, CheckMappedInputs, CheckLengths}},
-    Row{0x0025, {CheckOutputsSet, CheckOutputsIgnored, CheckOutputCount, CheckMappedOutputs, CheckLengths}},
+    Row{0x0024,
+        {CheckTypes, CheckInputsSet, CheckInputsIgnored, CheckInputCount, CheckMappedInputs, CheckLengths,
+         CheckInputsAssigned}},
+    Row{0x0025,
+        {CheckTypes, CheckOutputsSet, CheckOutputsIgnored, CheckOutputCount, CheckMappedOutputs, CheckLengths,
+         CheckOutputsAssigned}},
     Row{0x0026, {CheckSyncTypes, CheckSyncCycle, CheckLengths}},
     Row{0x0027, {CheckTypeRejected, CheckSyncActive, CheckSyncTypes}},
     Row{0x0028, {CheckSyncUnsupported, CheckTypeRejected, CheckSyncTypes}},
@@ -727,12 +808,12 @@ constexpr std::array kRows{
     Row{0x002C, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
     Row{0x002D, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
     Row{0x002E, {CheckSyncCycle}},
-    Row{0x0030, {CheckSyncActive, CheckSyncCycle, CheckSyncTypes, CheckLeftOn}},
+    Row{0x0030, {CheckSyncActive, CheckSyncCycle, CheckSyncTypes, CheckLeftOn, CheckSyncSettings}},
     Row{0x0032, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
     Row{0x0033, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
     Row{0x0034, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
-    Row{0x0035, {CheckSyncActive, CheckSyncCycle, CheckRate, CheckSyncTypes}},
-    Row{0x0036, {CheckSyncActive, CheckSyncCycle, CheckSyncTypes}},
+    Row{0x0035, {CheckSyncActive, CheckSyncCycle, CheckRate, CheckSyncTypes, CheckSyncSettings}},
+    Row{0x0036, {CheckSyncActive, CheckSyncCycle, CheckSyncTypes, CheckSyncSettings}},
     Row{0x0050, {CheckEepromOwner}},
     Row{0x0070, {CheckModules}},
 };
@@ -767,6 +848,17 @@ constexpr std::array kAbout{
     About{CheckMailboxSet, {kMailboxRegisters}},
     About{CheckMailboxWords, {kMailboxRegisters, kEepromMailbox}},
     About{CheckBootstrap, {kMailboxRegisters, kEepromMailbox}},
+    About{CheckMailboxFirmware, {kMailboxRegisters, kEepromMailbox}},
+    About{CheckOutputsSet, {kOutputRegisters}},
+    About{CheckInputsSet, {kInputRegisters}},
+    About{CheckMappedOutputs, {kRxObjects, kRxAssigned}},
+    About{CheckMappedInputs, {kTxObjects, kTxAssigned}},
+    About{CheckOutputsAssigned, {kRxAssigned}},
+    About{CheckInputsAssigned, {kTxAssigned}},
+    // The assignment of sync managers is not written by the master.
+    About{CheckTypes, {}},
+    About{CheckTypeRejected, {kSyncRegisters, kSyncParameters}},
+    About{CheckSyncSettings, {kSyncRegisters, kSyncParameters}},
     About{CheckMailboxIgnored, {kMailboxRegisters}},
     About{CheckOutputsIgnored, {kOutputRegisters, kRxObjects, kRxAssigned}},
     About{CheckInputsIgnored, {kInputRegisters, kTxObjects, kTxAssigned}},
@@ -849,6 +941,7 @@ RefusalReasons FindRefusalReasons(const RuleContext& context, const RefusalCase&
   reasons.inferred = found.reason == nullptr && found.possible != nullptr;
   reasons.reason = reasons.inferred ? found.possible : found.reason;
   reasons.slot = found.slot;
+  reasons.value = found.value;
   if (!found.right.empty()) {
     std::vector<Value> words;
     for (const Word* word : found.right) words.push_back(arg::Of(*word));
@@ -862,6 +955,7 @@ RefusalReasons FindRefusalReasons(const RuleContext& context, const RefusalCase&
 void AddTo(Finding& finding, const RefusalReasons& reasons) {
   if (reasons.reason != nullptr) finding.Set("reason", arg::Of(*reasons.reason));
   if (reasons.slot != 0) finding.Set("slot", arg::Number(reasons.slot));
+  if (reasons.value) finding.Set("reason_value", *reasons.value);
   if (reasons.inferred) {
     finding.Set("reason_inferred", arg::Flag());
     finding.confidence = Confidence::kInferred;

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -103,6 +104,26 @@ inline constexpr NoteKind kSyncCycleZero{"sync-cycle-zero",
 inline constexpr NoteKind kSyncCycleTooShort{
     "sync-cycle-too-short",
     "The SYNC0 cycle (0x09A0) is {cycle_us}, shorter than the minimum {minimum_us} of {object}."};
+inline constexpr NoteKind kSyncCycleRejected{
+    "sync-cycle-rejected",
+    "The SYNC0 cycle (0x09A0) is {cycle_us}, which this code rejects. Find the cycles that the slave supports in its "
+    "1C32h:5, its ESI or its manual."};
+inline constexpr NoteKind kSyncSettings{
+    "sync-settings",
+    "The SYNC0 cycle (0x09A0) is {cycle_us} and 0x0981 is {activation}[, written in {write_frame}]. Compare both with "
+    "the cycles and the operation modes (AssignActivate) of the ESI."};
+inline constexpr NoteKind kMailboxAsEeprom{
+    "mailbox-as-eeprom",
+    "SM0 and SM1 are as words 0x0018 to 0x001B of the EEPROM have them. The firmware of the slave may be built for "
+    "other mailboxes: use the EEPROM image that belongs to the firmware."};
+inline constexpr NoteKind kTypesSwapped{
+    "types-swapped",
+    "1C00h of the slave lists SM2 for inputs and SM3 for outputs, but SM2 is an output sync manager (control "
+    "{control}). A master that uses 1C00h exchanges both. Correct 1C00h in the firmware of the slave."};
+inline constexpr NoteKind kNoPdoAssigned{
+    "no-pdo-assigned",
+    "{object:number} assigns no PDO ({count_frame}), but SM{sync_manager} has {bytes}. The slave may have no modules, "
+    "or no configuration for them yet."};
 inline constexpr NoteKind kSyncTypeDiffers{
     "sync-type-differs",
     "{object} is {type}, but SYNC0 is [{?active}active][{!active}not active] ([0x0981 is "
@@ -128,20 +149,39 @@ inline constexpr NoteKind kModuleCountDiffers{
     "{detected_frame})."};
 inline constexpr NoteKind kChecked{"checked", "Checked and right: {checked}."};
 
-inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,    &kMailboxOff,
-                                             &kMailboxUnseen,      &kNoMailboxInEeprom,
-                                             &kBootstrapMailbox,   &kWriteIgnored,
-                                             &kLrwUnsupported,     &kOutputsNotSent,
-                                             &kOutputsNotAccepted, &kInputsNotRead,
-                                             &kMappedLength,       &kWatchdogZero,
-                                             &kSyncLeftOn,         &kSyncOff,
-                                             &kSyncUnseen,         &kManagerUnseen,
-                                             &kSyncOffAtRequest,   &kSyncOn,
-                                             &kSyncCycleZero,      &kSyncCycleTooShort,
-                                             &kSyncTypeDiffers,    &kSyncTypeRejected,
-                                             &kRateDiffers,        &kEepromHeld,
-                                             &kModuleDiffers,      &kModuleCountDiffers,
-                                             &kCountExceeds,       &kChecked};
+inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,
+                                             &kMailboxOff,
+                                             &kMailboxUnseen,
+                                             &kNoMailboxInEeprom,
+                                             &kBootstrapMailbox,
+                                             &kWriteIgnored,
+                                             &kLrwUnsupported,
+                                             &kOutputsNotSent,
+                                             &kOutputsNotAccepted,
+                                             &kInputsNotRead,
+                                             &kMappedLength,
+                                             &kWatchdogZero,
+                                             &kSyncLeftOn,
+                                             &kSyncOff,
+                                             &kSyncUnseen,
+                                             &kManagerUnseen,
+                                             &kSyncOffAtRequest,
+                                             &kSyncOn,
+                                             &kSyncCycleZero,
+                                             &kSyncCycleTooShort,
+                                             &kSyncTypeDiffers,
+                                             &kSyncTypeRejected,
+                                             &kRateDiffers,
+                                             &kEepromHeld,
+                                             &kModuleDiffers,
+                                             &kModuleCountDiffers,
+                                             &kCountExceeds,
+                                             &kSyncCycleRejected,
+                                             &kSyncSettings,
+                                             &kMailboxAsEeprom,
+                                             &kTypesSwapped,
+                                             &kNoPdoAssigned,
+                                             &kChecked};
 
 /// The notes of a rule together with these.
 template <std::size_t N>
@@ -157,14 +197,15 @@ constexpr std::array<const NoteKind*, N + std::size(kNotes)> With(const NoteKind
 struct RefusalReasons {
   const Word* reason = nullptr;  ///< the likeliest of them, for the title; null: nothing is wrong
   std::uint8_t slot = 0;         ///< of a modular device that it is about; 0: none
+  std::optional<Value> value;    ///< of the setting that is the reason
   bool inferred = false;         ///< `reason` is only a possible one: the slave may have refused for another
   std::vector<Note> notes;       ///< what is wrong, and what is right
 };
 
 /// What the capture shows of the settings that the code is about, for the finding about it.
 [[nodiscard]] RefusalReasons FindRefusalReasons(const RuleContext& context, const RefusalCase& refusal);
-/// Adds them, with {reason} for the title and the flags {reason_inferred} and {checked} (settings of the code are
-/// right). A finding whose reason is inferred is inferred itself.
+/// Adds them, with {reason} and its {reason_value} for the title and the flags {reason_inferred} and {checked}
+/// (settings of the code are right). A finding whose reason is inferred is inferred itself.
 void AddTo(Finding& finding, const RefusalReasons& reasons);
 
 /// The registers and objects that a refusal of the state with this code (0: not read) is about: those that the checks

@@ -493,7 +493,11 @@ void SyncModel::EndRun(SlaveId id) {
 void SyncModel::On(const model::AlChangedByItself& change) {
   if (change.before.state() == static_cast<std::uint8_t>(esc::AlState::OP) &&
       change.status.state() != static_cast<std::uint8_t>(esc::AlState::OP)) {
-    Of(change.slave).outputs.Fell(change.frame, change.status, change.code);
+    OutputWatch& watch = Of(change.slave).outputs;
+    // It left OP before it got outputs there: it waited since it was in OP.
+    const bool never_fed = !watch.fell.seen() && !watch.FedInOp() && watch.op_since.seen();
+    if (never_fed) StarvedUntil(change.slave, change.frame, change.status, change.code);
+    watch.Fell(change.frame, change.status, change.code);
   }
 }
 
@@ -508,8 +512,14 @@ void SyncModel::On(const track::AlRequest& request) {
       request.control.state() == static_cast<std::uint8_t>(esc::AlState::OP) || request.slave >= slaves_.size()) {
     return;
   }
-  Starve(request.slave, request.frame(), OutputGap::End::kRequest);
   OutputWatch& watch = slaves_[request.slave]->outputs;
+  if (watch.fell.seen()) {
+    // The master acknowledges the drop before outputs come again.
+    StarvedUntil(request.slave, watch.fell, watch.fell_to, watch.fell_code);
+    watch.fell = {};
+  } else {
+    Starve(request.slave, request.frame(), OutputGap::End::kRequest);
+  }
   EndRate(request.slave, watch);
   watch.LeaveOp();
   if (request.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) EndRun(request.slave);
@@ -544,22 +554,29 @@ void SyncModel::Finish() {
       Starve(static_cast<SlaveId>(s), last_seen_, OutputGap::End::kCapture);
       continue;
     }
-    // No outputs any more: the gap lasted at least until the slave was seen to have fallen.
-    FrameTime end;
-    end.frame = watch.fell;
-    if (watch.fell.has_time) end.stamp = watch.fell.time;
-    FrameTime begin = watch.last;
-    begin.dc.reset();
-    begin.esl.reset();
-    const Interval gap = Between(begin, end);
-    if (gap.base == TimeBase::kNone) continue;
-    OutputGap event = watch.Describe(static_cast<SlaveId>(s), gap);
-    event.uncertainty_ns = Uncertainty(gap.base);
-    event.end = OutputGap::End::kFell;
-    event.unreturned =
-        sent_frames_.UnreturnedBetween(watch.last_sent, 0, bus_.network().fmmus(static_cast<SlaveId>(s)));
-    sink_.Publish(event);
+    StarvedUntil(static_cast<SlaveId>(s), watch.fell, watch.fell_to, watch.fell_code);
   }
+}
+
+/// No outputs came before the slave was seen to have left OP: the gap lasted at least until then.
+void SyncModel::StarvedUntil(SlaveId id, const FrameRef& fell, esc::AlWord to, std::optional<std::uint16_t> code) {
+  const OutputWatch& watch = Of(id).outputs;
+  FrameTime end;
+  end.frame = fell;
+  if (fell.has_time) end.stamp = fell.time;
+  FrameTime begin = watch.FedInOp() || !watch.op_since.seen() ? watch.last : *watch.WaitsSince();
+  begin.dc.reset();
+  begin.esl.reset();
+  const Interval gap = Between(begin, end);
+  if (gap.base == TimeBase::kNone) return;
+  OutputGap event = watch.Describe(id, gap);
+  event.fell = fell;
+  event.fell_to = to;
+  event.fell_code = code;
+  event.uncertainty_ns = Uncertainty(gap.base);
+  event.end = OutputGap::End::kFell;
+  event.unreturned = sent_frames_.UnreturnedBetween(watch.last_sent, 0, bus_.network().fmmus(id));
+  sink_.Publish(event);
 }
 
 /// The slave in OP has waited for outputs until this frame, and gets none any more.

@@ -157,6 +157,7 @@ class SyncModel final {
   void EndRate(SlaveId id, OutputWatch& watch);
   void RenewRate(SlaveId id, Slave& slave);
   void PublishGap(SlaveId id, const OutputWatch& watch, const Interval& gap, const FrameRef& after);
+  void StarvedUntil(SlaveId id, const FrameRef& fell, esc::AlWord to, std::optional<std::uint16_t> code);
   void Starve(SlaveId id, const FrameRef& until, OutputGap::End end);
   void OnMemoryWritten(const track::SlaveAccess& access);
   void OnFmmus(const track::SlaveAccess& access);

@@ -40,7 +40,8 @@ The addresses are those that the slaves accepted (working counter) or reported.
 
 - Two slaves that got the same address from the master in one scan are reported as soon as both answer to it.
 - A slave that still has an address of an earlier scan may share it while the master assigns new addresses. Then the
-  rule waits until the address is used for an AL request or the mailbox, or until process data are exchanged.
+  rule waits until the address is used for an AL request, an EEPROM command or the mailbox, or until process data are
+  exchanged.
 - If only one slave answers to the address, the other one has lost it since then.
 - Masters write 0 to all slaves to clear addresses. That is no duplicate.
 
@@ -95,7 +96,8 @@ class BusDuplicateAddress final : public Rule {
       if (one_answers) {
         // The other one has lost its address since then: it had no power.
         open_.erase(shared);
-      } else if (used || (both_answer && (shared->given_twice || shared->reported || process_data_)))
+      } else if (used ||
+                 (both_answer && (shared->given_twice || shared->reported || process_data_ || CommandsEeprom(e))))
         ReportShared(*shared, e, both_answer);
     }
     if (used && assigned_in_scan_) {
@@ -122,6 +124,11 @@ class BusDuplicateAddress final : public Rule {
     bool given_twice = false;  ///< by the master, in one scan
     bool reported = false;
   };
+
+  /// Both slaves carry out an EEPROM command, and the words that the master reads then are those of both.
+  [[nodiscard]] static bool CommandsEeprom(const track::Answered& e) {
+    return wire::Writes(e.command) && e.address <= esc::kEepromControl && e.address + e.length > esc::kEepromControl;
+  }
 
   void ReportShared(Shared& shared, const track::Answered& e, bool both_answer) {
     shared.reported = true;

@@ -12,8 +12,10 @@
 #include "analyzers/judge/shared_notes.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "decoder/base/time.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/sii.h"
+#include "decoder/track/access.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit::eeprom_invalid {
@@ -28,6 +30,17 @@ constexpr FindingKind kBlank{
 EEPROM.] Without the EEPROM the slave controller has no configuration and no interface to its processor, so the slave
 cannot leave INIT.)",
     .next = "Write the EEPROM image of the device (from its ESI file), then switch the slave off and on."};
+
+constexpr FindingKind kBusy{
+    .name = "stays-busy",
+    .title = "EEPROM stays busy: no word was read in {busy_ms}",
+    .message =
+        R"(The master reads the EEPROM from {first_frame} on. In all {polls} up to {frame} the status 0x0502 shows busy (bit
+15).[{?emulated} The EEPROM is emulated (bit 5): the processor of the slave has to answer, and does not.] So the master gets
+neither the identity nor the mailbox settings of the slave.)",
+    .next =
+        R"(Check that the firmware of the slave runs[{?emulated} and answers EEPROM commands][{!emulated}, and the EEPROM
+chip and its wiring].)"};
 
 constexpr FindingKind kNotLoaded{
     .name = "not-loaded",
@@ -64,7 +77,7 @@ constexpr FindingKind kDamaged{
 beyond the EEPROM. What follows (PDOs, sync managers, clocks) cannot be read.)",
     .next = "Write the EEPROM image of the device (from its ESI file), then switch the slave off and on."};
 
-constexpr const FindingKind* kKinds[] = {&kBlank, &kNotLoaded, &kChecksum, &kNoMailboxWords, &kDamaged};
+constexpr const FindingKind* kKinds[] = {&kBlank, &kBusy, &kNotLoaded, &kChecksum, &kNoMailboxWords, &kDamaged};
 
 constexpr Word kChecksumError{"checksum-error", "checksum error (bit 11)"};
 constexpr Word kConfigurationMissing{"not-loaded", "configuration not loaded (bit 12)"};
@@ -88,6 +101,7 @@ constexpr RuleInfo kInfo{.id = "eeprom-invalid",
 Whether the EEPROM of a slave can be what the device needs:
 
 - blank: all words that were read are 0xFFFF
+- busy: the status 0x0502 stays busy (bit 15), and no word was read
 - not loaded: the status 0x0502 shows a checksum error (bit 11) or a configuration that is not loaded (bit 12)
 - a wrong checksum in word 7
 - mailbox words 0x0018 to 0x001B that are 0, although the EEPROM names protocols and has a mailbox
@@ -102,6 +116,7 @@ The words that the master read in the capture, and the last status 0x0502, count
 of the list above.
 
 - The words of at least one read command (8 bytes) and the identity (words 0x0008 to 0x000B) must be known for "blank".
+- "Busy" needs 10 reads of the status in at least 50 ms, and no word that was read before.
 - An EEPROM that the processor of the slave emulates (0x0502 bit 5) has no status and no checksum to evaluate.
 - A checksum after a write of the master belongs to eeprom-written.
 - If the slave reaches PREOP or a higher state nevertheless, the finding is an info. Slaves that echo every state do not
@@ -117,6 +132,9 @@ Write the EEPROM image of the device, and switch the slave off and on. Compare i
 
 constexpr std::uint16_t kNotUsable = track::kEepromChecksumError | track::kEepromNotLoaded;
 constexpr std::uint16_t kEmulated = 0x0020;  // of 0x0502
+constexpr std::uint16_t kBusyBit = 0x8000;   // of 0x0502
+constexpr std::size_t kEnoughBusy = 10;
+constexpr TimeNs kLongBusy = 50'000'000;
 constexpr std::uint32_t kIdentity = 0x0008;
 constexpr std::uint32_t kConfigurationWords = 8;
 
@@ -126,6 +144,7 @@ class EepromInvalid final : public Rule {
     Subscribe<track::EepromRead>(&EepromInvalid::On);
     Subscribe<track::EepromError>(&EepromInvalid::On);
     Subscribe<track::EepromWrite>(&EepromInvalid::On);
+    Subscribe<track::SlaveAccess>(&EepromInvalid::On, MemoryRange::Of(esc::kEepromControl, 2));
     Subscribe<model::AlAnswered>(&EepromInvalid::On);
   }
 
@@ -134,6 +153,17 @@ class EepromInvalid final : public Rule {
     if (!slave.first.seen()) slave.first = e.command.seen() ? e.command : e.frame;
     slave.last = e.frame;
     slave.blank = slave.blank && std::all_of(e.words.begin(), e.words.end(), [](auto word) { return word == 0xFFFF; });
+  }
+  void On(const track::SlaveAccess& e) {
+    const ByteSpan status = e.Covered(e.read, esc::kEepromControl, 2);
+    if (e.broadcast || !e.done() || status.empty()) return;
+    Slave& slave = slaves_[e.slave];
+    if ((LittleEndian<std::uint16_t>(status, 0) & kBusyBit) == 0) {
+      slave.busy_reads = 0;
+      return;
+    }
+    if (slave.busy_reads++ == 0) slave.busy_since = e.frame();
+    slave.busy_until = e.frame();
   }
   void On(const track::EepromError& e) {
     if (e.write || (e.bits & kNotUsable) == 0) return;
@@ -164,7 +194,9 @@ class EepromInvalid final : public Rule {
 
  private:
   struct Slave {
-    FrameRef first, last;  ///< of the reads
+    FrameRef first, last;        ///< of the reads
+    std::size_t busy_reads = 0;  ///< of the status, without one that is not busy
+    FrameRef busy_since, busy_until;
     bool blank = true;
     std::uint16_t errors = 0;  ///< EepromErrorBit, as shown last
     FrameRef error;
@@ -179,7 +211,16 @@ class EepromInvalid final : public Rule {
     const bool emulated = (state.sii.status().value_or(0) & kEmulated) != 0;
     std::optional<Finding> finding;
     const bool identity_known = image.KnownWords(kIdentity, 4) == 4;
-    if (slave.blank && slave.last.seen() && identity_known) {
+    const bool long_busy = slave.busy_reads >= kEnoughBusy && slave.busy_since.has_time && slave.busy_until.has_time &&
+                           Elapsed(slave.busy_since.time, slave.busy_until.time) >= kLongBusy;
+    if (long_busy && !slave.last.seen() && image.KnownWords() == 0) {
+      finding = Found(kBusy, id, slave.busy_until);
+      finding->Set("busy_ms", arg::Ms(Elapsed(slave.busy_since.time, slave.busy_until.time)))
+          .Set("first_frame", arg::Frame(slave.busy_since.number))
+          .Set("polls", arg::Count(slave.busy_reads, "read"))
+          .Set("emulated", arg::Flag(emulated));
+      AddRelated(*finding, slave.busy_since.number);
+    } else if (slave.blank && slave.last.seen() && identity_known) {
       finding = Found(kBlank, id, slave.last);
       finding->Set("words", arg::Count(image.KnownWords(), "word")).Set("first_frame", arg::Frame(slave.first.number));
       AddRelated(*finding, slave.first.number);

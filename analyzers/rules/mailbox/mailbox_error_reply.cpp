@@ -6,8 +6,10 @@
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "decoder/esc/sii.h"
 #include "decoder/mailbox/error_reply.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit::mailbox_error_reply {
 namespace {
@@ -21,13 +23,25 @@ the standard has 0x0001.])",
                                   .next = "{advice}.",
                                   .identity = "detail protocol object"};
 
+constexpr FindingKind kRejected{
+    .name = "protocol-rejected",
+    .title = "{protocol} rejected, although the EEPROM lists it (mailbox error {detail:number})",
+    .message =
+        R"(The slave answers [the SDO request for {object}][{!object}the {protocol} request] in
+{request_frame} with mailbox error {detail}. Word 0x001C of its EEPROM lists {listed}. So the firmware of the slave does not
+handle a protocol that its EEPROM offers.)",
+    .next =
+        R"(Enable {protocol} in the firmware of the slave, or write the EEPROM image that
+belongs to this firmware.)",
+    .identity = "detail protocol"};
+
 constexpr NoteKind kTransferOpen{
     .name = "transfer-open",
     .text =
         R"(The transfer that began in {transfer_frame} was neither finished nor aborted before. The slave probably still
 keeps it open.)"};
 
-constexpr const FindingKind* kKinds[] = {&kErrorReply};
+constexpr const FindingKind* kKinds[] = {&kErrorReply, &kRejected};
 constexpr const NoteKind* kNotes[] = {&kTransferOpen};
 
 constexpr Word kNotSupported{
@@ -70,6 +84,7 @@ The reply names no request. It belongs to the outstanding request with the same 
 an answer.
 
 - If the slave does not support the protocol of that request, caused_by names mailbox-unsupported-protocol.
+- If the slave rejects a protocol that its EEPROM lists (word 0x001C), that is one finding for the protocol.
 - If the slave is busy or has no memory (7, 9) after a segmented transfer that was left unfinished, caused_by names
   sdo-incomplete.
 
@@ -92,14 +107,18 @@ class MailboxErrorReplyRule final : public Rule {
   }
 
   void On(const mailbox::MailboxErrorReply& e) {
-    const std::uint64_t key = static_cast<std::uint64_t>(e.detail) | RequestKey(e.request) << 16U;
+    const std::uint16_t listed = ListedProtocols(e);
+    const std::uint64_t key = static_cast<std::uint64_t>(e.detail) |
+                              (listed != 0 ? kOfProtocol | static_cast<std::uint64_t>(e.request.protocol) << 16U
+                                           : RequestKey(e.request) << 16U);
     const FindingIndex known = Repeat(e.slave, key, e.frame);
     if (known != kNoFinding) {
       AddRelated(context().store[known], e.request.frame.number);
       return;
     }
     const std::string_view text = mailbox::MailboxErrorText(e.detail);
-    Finding finding = Found(kErrorReply, e.slave, e.frame);
+    Finding finding = Found(listed != 0 ? kRejected : kErrorReply, e.slave, e.frame);
+    if (listed != 0) finding.Set("listed", arg::Text(esc::SiiProtocolNames(listed)));
     finding.Set("detail", arg::Code(e.detail, text))
         .Set("undefined", arg::Flag(text.empty()))
         .Set("advice", arg::Of(AdviceFor(e.detail)));
@@ -137,6 +156,16 @@ class MailboxErrorReplyRule final : public Rule {
   }
 
  private:
+  static constexpr std::uint64_t kOfProtocol = std::uint64_t{1} << 63U;
+
+  /// The protocols of the EEPROM, if the slave rejects one of them; else 0.
+  [[nodiscard]] std::uint16_t ListedProtocols(const mailbox::MailboxErrorReply& e) const {
+    constexpr std::uint32_t kProtocolsWord = 0x1C;
+    if (e.detail != mailbox::kUnsupportedProtocol || !e.request.frame.seen()) return 0;
+    const std::uint16_t listed = context().network().state(e.slave).sii.image().Word(kProtocolsWord).value_or(0);
+    return listed != 0xFFFF && (listed & SiiProtocolOf(e.request.protocol)) != 0 ? listed : 0;
+  }
+
   static const Word& AdviceFor(std::uint16_t detail) {
     switch (detail) {
       case mailbox::kUnsupportedProtocol:

@@ -170,7 +170,7 @@ class MailboxUnsupportedProtocol final : public Rule {
 
   /// Why the slave does not support the protocol; nothing if it does, or if neither EEPROM nor manual lists it.
   [[nodiscard]] std::optional<Lack> Unsupported(SlaveId slave, mailbox::Protocol protocol) const {
-    const std::uint16_t bit = BitOf(protocol);
+    const std::uint16_t bit = SiiProtocolOf(protocol);
     if (const std::optional<std::uint16_t> word = EepromWord(slave)) {
       if (bit == 0 || (*word & bit) != 0) return std::nullopt;
       return Lack{&kEeprom, esc::SiiProtocolNames(*word), ReferenceTo("ETG2010, mailbox protocols")};
@@ -185,26 +185,6 @@ class MailboxUnsupportedProtocol final : public Rule {
     constexpr std::uint32_t kProtocolsWord = 0x1C;
     const std::optional<std::uint16_t> word = context().network().state(slave).sii.image().Word(kProtocolsWord);
     return word == 0 || word == 0xFFFF ? std::nullopt : word;  // an empty EEPROM
-  }
-
-  static std::uint16_t BitOf(mailbox::Protocol protocol) {
-    switch (protocol) {
-      case mailbox::Protocol::kAoE:
-        return esc::kSiiAoe;
-      case mailbox::Protocol::kEoE:
-        return esc::kSiiEoe;
-      case mailbox::Protocol::kCoE:
-        return esc::kSiiCoe;
-      case mailbox::Protocol::kFoE:
-        return esc::kSiiFoe;
-      case mailbox::Protocol::kSoE:
-        return esc::kSiiSoe;
-      case mailbox::Protocol::kVoE:
-        return esc::kSiiVoe;
-      case mailbox::Protocol::kError:
-        break;
-    }
-    return 0;
   }
 
   void AddWhereUnknown(const mailbox::MailboxMessage& m) {
