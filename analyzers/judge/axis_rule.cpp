@@ -1,5 +1,6 @@
 #include "analyzers/judge/axis_rule.h"
 
+#include "analyzers/judge/axis_lead.h"
 #include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
@@ -57,6 +58,7 @@ void AxisRule::ReportOf(SlaveId slave, std::uint8_t number, const progress::Axis
   if (record.fault) finding.Set("fault", arg::Flag());
   SetFault(finding, slave, number, axis);
   Describe(finding, record, axis);
+  AddLead(finding, record.lead, family, number);
   if (family.drive) finding.reference = ReferenceTo(family.drive->source);
   NameAxis(finding, number);
   const std::uint64_t key =
@@ -83,7 +85,7 @@ void AxisRule::SetFault(Finding& finding, SlaveId slave, std::uint8_t number, co
 
 Value AxisRule::ObjectOf(std::int64_t index) const {
   const auto object = model::ObjectOfAxis(static_cast<std::uint16_t>(index), axis_);
-  return arg::Object(object, 0);
+  return arg::Object(object, progress::SubindexOf(static_cast<std::uint16_t>(index)));
 }
 
 std::string AxisRule::UnitOf(std::uint16_t index) const {

@@ -26,7 +26,9 @@ constexpr std::array kRoleRows{
     RoleRow{0x6072, 0, Role::kMaxTorque},      RoleRow{0x60E0, 0, Role::kPositiveTorque},
     RoleRow{0x60E1, 0, Role::kNegativeTorque}, RoleRow{0x607F, 0, Role::kMaxVelocity},
     RoleRow{0x6080, 0, Role::kMaxMotorSpeed},  RoleRow{0x6081, 0, Role::kProfileSpeed},
-    RoleRow{0x6083, 0, Role::kAcceleration},
+    RoleRow{0x6083, 0, Role::kAcceleration},   RoleRow{0x6098, 0, Role::kHomingMethod},
+    RoleRow{0x6099, 1, Role::kHomingSpeed},    RoleRow{0x609A, 0, Role::kHomingAcceleration},
+    RoleRow{0x60FD, 0, Role::kDigitalInputs},
 };
 
 constexpr std::uint16_t kFirstOfAxes = 0x6000;
@@ -42,6 +44,13 @@ bool IsSigned(Role role) {
 std::uint16_t ObjectOf(Role role) {
   for (const RoleRow& row : kRoleRows) {
     if (row.role == role) return row.index;
+  }
+  return 0;
+}
+
+std::uint8_t SubindexOf(std::uint16_t index) {
+  for (const RoleRow& row : kRoleRows) {
+    if (row.index == index) return row.subindex;
   }
   return 0;
 }

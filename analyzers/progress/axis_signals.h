@@ -36,14 +36,21 @@ enum class Role : std::uint8_t {
   kMaxMotorSpeed,   ///< 6080h
   kProfileSpeed,    ///< 6081h, of profile position
   kAcceleration,    ///< 6083h, of profile modes
+  // Likewise of homing.
+  kHomingMethod,        ///< 6098h: 0 is none
+  kHomingSpeed,         ///< 6099h:1
+  kHomingAcceleration,  ///< 609Ah
+  kDigitalInputs,       ///< 60FDh: bit 0 is the negative limit switch, bit 1 the positive one
 };
-inline constexpr std::size_t kRoles = 20;
-inline constexpr std::array kLimitRoles{Role::kMaxTorque,   Role::kPositiveTorque, Role::kNegativeTorque,
-                                        Role::kMaxVelocity, Role::kMaxMotorSpeed,  Role::kProfileSpeed,
-                                        Role::kAcceleration};
+inline constexpr std::size_t kRoles = 24;
+inline constexpr std::array kLimitRoles{
+    Role::kMaxTorque,    Role::kPositiveTorque, Role::kNegativeTorque, Role::kMaxVelocity, Role::kMaxMotorSpeed,
+    Role::kProfileSpeed, Role::kAcceleration,   Role::kHomingMethod,   Role::kHomingSpeed, Role::kHomingAcceleration};
 
 /// The object of the first axis that has this role.
 [[nodiscard]] std::uint16_t ObjectOf(Role role);
+/// The subindex of the first role that this object of the first axis has; 0 where it has none.
+[[nodiscard]] std::uint8_t SubindexOf(std::uint16_t index);
 
 /// Values of one axis in one direction of one frame; unset: not mapped there.
 struct AxisValues {

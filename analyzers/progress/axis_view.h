@@ -19,6 +19,59 @@ struct SoftwareLimits {
   std::optional<std::int64_t> least, most;  ///< 607Dh:1, 607Dh:2
 };
 
+// Bits of the control word.
+inline constexpr unsigned kEnableVoltageBit = 1;
+inline constexpr unsigned kQuickStopBit = 2;
+inline constexpr unsigned kEnableOperationBit = 3;
+inline constexpr unsigned kStartBit = 4;  ///< new set point, start homing
+inline constexpr unsigned kRelativeBit = 6;
+inline constexpr unsigned kResetBit = 7;
+inline constexpr unsigned kHaltBit = 8;
+// Bits of the status word.
+inline constexpr unsigned kVoltageBit = 4;
+inline constexpr unsigned kRemoteBit = 9;
+inline constexpr unsigned kReachedBit = 10;
+inline constexpr unsigned kLimitBit = 11;
+inline constexpr unsigned kAcknowledgeBit = 12;  ///< profile position
+inline constexpr unsigned kErrorBit = 13;        ///< following error, homing error
+
+inline constexpr std::uint16_t kEnableWord = 0x000F;
+// Bits of the digital inputs (60FDh).
+inline constexpr std::uint16_t kNegativeSwitch = 0x0001;
+inline constexpr std::uint16_t kPositiveSwitch = 0x0002;
+/// Of the velocity mode (2): let the ramp run, unlock it, use the reference.
+inline constexpr std::uint16_t kRampBits = 0x0070;
+
+inline constexpr std::int8_t kProfilePosition = 1;
+inline constexpr std::int8_t kVelocityMode = 2;
+inline constexpr std::int8_t kProfileVelocity = 3;
+inline constexpr std::int8_t kProfileTorque = 4;
+inline constexpr std::int8_t kHoming = 6;
+inline constexpr std::int8_t kInterpolated = 7;
+inline constexpr std::int8_t kCyclicPosition = 8;
+inline constexpr std::int8_t kCyclicVelocity = 9;
+inline constexpr std::int8_t kCyclicTorque = 10;
+
+/// What the set point of a mode is; kNone: none (homing), or the mode is of the manufacturer.
+[[nodiscard]] constexpr Quantity QuantityOf(std::int8_t mode) {
+  switch (mode) {
+    case kProfilePosition:
+    case kInterpolated:
+    case kCyclicPosition:
+      return Quantity::kPosition;
+    case kVelocityMode:
+      return Quantity::kSpeed;
+    case kProfileVelocity:
+    case kCyclicVelocity:
+      return Quantity::kVelocity;
+    case kProfileTorque:
+    case kCyclicTorque:
+      return Quantity::kTorque;
+    default:
+      return Quantity::kNone;
+  }
+}
+
 struct AxisView {
   FrameRef frame;  ///< of the newest value
 
@@ -44,7 +97,11 @@ struct AxisView {
   std::array<std::optional<std::int64_t>, kQuantityCount> target, actual;  ///< by Quantity, position first
   std::array<bool, kQuantityCount> target_mapped{};
   SoftwareLimits limits;
-  std::uint16_t zero_limit = 0;  ///< an object in the outputs that limits the motion and is 0; 0: none
+  std::uint16_t zero_limit = 0;  ///< an object that limits the motion and is 0; 0: none
+  bool zero_by_sdo = false;      ///< it is not in the outputs: its value was written or read by SDO
+  std::uint16_t switches = 0;    ///< 60FDh bits 0 and 1, where it is mapped
+
+  AxisLead lead;  ///< before this step
 
   InOp in_op = InOp::kUnknown;
   bool op_requested = false;  ///< in this run
@@ -72,6 +129,14 @@ struct AxisView {
   [[nodiscard]] const std::optional<std::int64_t>& Actual(Quantity quantity) const {
     return actual[static_cast<std::size_t>(quantity) - 1];
   }
+  /// The values of now that matter most.
+  [[nodiscard]] AxisMoment Moment() const {
+    AxisMoment moment{frame, control, status, mode(), mode() ? QuantityOf(*mode()) : Quantity::kNone, {}, {}};
+    if (moment.quantity == Quantity::kNone) moment.quantity = Quantity::kPosition;
+    moment.target = Target(moment.quantity);
+    moment.actual = Actual(moment.quantity);
+    return moment;
+  }
   /// A record of this moment.
   [[nodiscard]] AxisRecord Record(AxisFact fact, const FrameRef& since, TimeNs lasted = 0) const {
     AxisRecord record;
@@ -86,36 +151,6 @@ struct AxisView {
     return record;
   }
 };
-
-// Bits of the control word.
-inline constexpr unsigned kEnableVoltageBit = 1;
-inline constexpr unsigned kQuickStopBit = 2;
-inline constexpr unsigned kEnableOperationBit = 3;
-inline constexpr unsigned kStartBit = 4;  ///< new set point, start homing
-inline constexpr unsigned kRelativeBit = 6;
-inline constexpr unsigned kResetBit = 7;
-inline constexpr unsigned kHaltBit = 8;
-// Bits of the status word.
-inline constexpr unsigned kVoltageBit = 4;
-inline constexpr unsigned kRemoteBit = 9;
-inline constexpr unsigned kReachedBit = 10;
-inline constexpr unsigned kLimitBit = 11;
-inline constexpr unsigned kAcknowledgeBit = 12;  ///< profile position
-inline constexpr unsigned kErrorBit = 13;        ///< following error, homing error
-
-inline constexpr std::uint16_t kEnableWord = 0x000F;
-/// Of the velocity mode (2): let the ramp run, unlock it, use the reference.
-inline constexpr std::uint16_t kRampBits = 0x0070;
-
-inline constexpr std::int8_t kProfilePosition = 1;
-inline constexpr std::int8_t kVelocityMode = 2;
-inline constexpr std::int8_t kProfileVelocity = 3;
-inline constexpr std::int8_t kProfileTorque = 4;
-inline constexpr std::int8_t kHoming = 6;
-inline constexpr std::int8_t kInterpolated = 7;
-inline constexpr std::int8_t kCyclicPosition = 8;
-inline constexpr std::int8_t kCyclicVelocity = 9;
-inline constexpr std::int8_t kCyclicTorque = 10;
 
 [[nodiscard]] constexpr bool IsFault(std::optional<device::DriveState> state) {
   return state == device::DriveState::kFault || state == device::DriveState::kFaultReactionActive;
@@ -141,26 +176,6 @@ inline constexpr std::int8_t kCyclicTorque = 10;
 [[nodiscard]] constexpr bool StepsToActual(std::int64_t before, std::int64_t target, std::int64_t actual) {
   constexpr std::int64_t kShareOfStep = 20;
   return Magnitude(Apart(target, actual)) * kShareOfStep < Magnitude(Apart(before, target));
-}
-
-/// What the set point of a mode is; kNone: none (homing), or the mode is of the manufacturer.
-[[nodiscard]] constexpr Quantity QuantityOf(std::int8_t mode) {
-  switch (mode) {
-    case kProfilePosition:
-    case kInterpolated:
-    case kCyclicPosition:
-      return Quantity::kPosition;
-    case kVelocityMode:
-      return Quantity::kSpeed;
-    case kProfileVelocity:
-    case kCyclicVelocity:
-      return Quantity::kVelocity;
-    case kProfileTorque:
-    case kCyclicTorque:
-      return Quantity::kTorque;
-    default:
-      return Quantity::kNone;
-  }
 }
 
 }  // namespace ecaudit::progress

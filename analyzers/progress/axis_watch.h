@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "analyzers/progress/axis_signals.h"
 #include "analyzers/progress/axis_view.h"
@@ -83,6 +85,14 @@ class AxisWatch {
   /// A word was seen while the slave certainly was in OP.
   [[nodiscard]] bool seen_in_op() const { return seen_in_op_; }
 
+  /// What came before the fault whose first status word is in this frame; null: not known.
+  [[nodiscard]] const AxisLead* LeadToFault(FrameNo frame) const {
+    for (const auto& [first, lead] : faults_) {
+      if (first == frame) return &lead;
+    }
+    return nullptr;
+  }
+
   // Of the ladder.
   [[nodiscard]] const Span& without_fault() const { return without_fault_; }
   [[nodiscard]] const Span& voltage() const { return voltage_; }
@@ -129,8 +139,8 @@ class AxisWatch {
   [[nodiscard]] const Checks& OfChecks() const;
   void Side(const SlaveSide& slave);
   void TakeLimits(const AxisValues& values);
-  /// A mapped limit that is 0 and acts in the mode of now; 0: none.
-  [[nodiscard]] std::uint16_t ZeroLimit() const;
+  /// Which limit is 0 and acts in the mode of now.
+  void FindZeroLimit();
   void FollowShown(std::int64_t value, bool download, const FrameRef& frame);
   void ConfirmShown(const FrameRef& frame);
   void TakeControl(std::int64_t word, const FrameRef& frame);
@@ -139,6 +149,8 @@ class AxisWatch {
   [[nodiscard]] bool AsksToStop() const;
   void TakeModes(const AxisValues& values, const FrameRef& frame);
   void Step(const FrameRef& frame);
+  /// Keeps the values of now for the steps that follow.
+  void Remember();
 
   void NoteReservedOfMode(std::uint16_t word, const FrameRef& frame);
   static void NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16_t word, const FrameRef& frame);
@@ -157,13 +169,15 @@ class AxisWatch {
   Newest newest_outputs_, newest_inputs_;
   std::unique_ptr<Collected> collected_;  ///< of an axis in several parts that one frame brings
   std::unique_ptr<Shifted> shifted_;      ///< null: nothing differs
-  std::array<bool, kLimitRoles.size()> limit_is_zero_{};
+  std::array<bool, kLimitRoles.size()> limit_is_zero_{}, limit_mapped_{};
   std::optional<device::DriveState> last_state_;
   std::optional<std::uint16_t> error_code_;
   bool lost_unasked_ = false, voltage_lost_unasked_ = false;
   FrameNo status_frame_ = 0;
   Span without_fault_, voltage_, enabled_, mode_;
-  std::unique_ptr<Checks> checks_;  ///< null before the first word
+  std::vector<AxisMoment> recent_;                    ///< some of the last 50 ms, oldest first
+  std::vector<std::pair<FrameNo, AxisLead>> faults_;  ///< the first ones
+  std::unique_ptr<Checks> checks_;                    ///< null before the first word
   AxisRecords records_;
 };
 
