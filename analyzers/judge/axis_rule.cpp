@@ -4,6 +4,7 @@
 #include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/model/terminal_objects.h"
 #include "analyzers/objects/relatives.h"
 #include "analyzers/progress/progress_model.h"
 #include "analyzers/words/drive_text.h"
@@ -59,6 +60,9 @@ void AxisRule::ReportOf(SlaveId slave, std::uint8_t number, const progress::Axis
   SetFault(finding, slave, number, axis);
   Describe(finding, record, axis);
   AddLead(finding, record.lead, family, number);
+  if (const std::uint32_t word = model::TerminalObjects::ControlWordOf(context().slave(slave), number); word != 0) {
+    finding.Set("control_object", arg::Object(static_cast<std::uint16_t>(word >> 8U), static_cast<int>(word & 0xFFU)));
+  }
   if (family.drive) finding.reference = ReferenceTo(family.drive->source);
   NameAxis(finding, number);
   const std::uint64_t key =

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "analyzers/model/terminal_objects.h"
 #include "decoder/base/bytes.h"
 
 namespace ecaudit::progress {
@@ -71,8 +72,11 @@ std::optional<std::pair<std::uint8_t, Role>> RoleOf(std::uint16_t index, std::ui
 }
 
 AxisPlaces::AxisPlaces(const model::ImagePart& part) : serial_(part.serial) {
+  const model::TerminalObjects terminal(part);
+  terminal_ = !terminal.empty();
   for (const model::ImagePart::Place& place : part.places) {
-    const auto role = RoleOf(static_cast<std::uint16_t>(place.object >> 8U), static_cast<std::uint8_t>(place.object));
+    const std::uint32_t object = terminal.InCia402(place.object, place.bits);
+    const auto role = RoleOf(static_cast<std::uint16_t>(object >> 8U), static_cast<std::uint8_t>(object));
     if (!role || place.bits == 0 || place.bits > 64) continue;
     const bool taken = std::any_of(places_.begin(), places_.end(), [&](const Place& other) {
       return other.axis == role->first && other.role == role->second;

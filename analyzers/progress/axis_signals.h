@@ -80,6 +80,8 @@ class AxisPlaces {
 
   [[nodiscard]] std::uint64_t serial() const { return serial_; }
   [[nodiscard]] bool empty() const { return places_.empty(); }
+  /// Of a servo terminal: its objects are at other indices, and its mode may be in none of them.
+  [[nodiscard]] bool terminal() const { return terminal_; }
   /// Takes the bits of all places into `bits`; returns whether they are the same as there before.
   [[nodiscard]] bool Repeats(ByteSpan data, std::vector<std::uint64_t>& bits) const;
   /// Calls `visit(axis)` for each axis with a place here.
@@ -110,6 +112,7 @@ class AxisPlaces {
   [[nodiscard]] static std::optional<std::int64_t> ValueOf(ByteSpan data, const Place& place);
 
   std::uint64_t serial_ = 0;
+  bool terminal_ = false;
   std::vector<Place> places_;  ///< by axis
 };
 

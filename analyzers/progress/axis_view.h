@@ -88,11 +88,12 @@ struct AxisView {
   bool error_bit_differs = false;  ///< bit 13 has a meaning of the family, which device-fault-bit reports
   FrameRef state_since;
 
-  std::optional<std::int8_t> mode_by_sdo;  ///< 6060h as a download wrote it last
-  std::optional<std::int8_t> mode_mapped;  ///< 6060h in the process data
-  std::optional<std::int8_t> mode_shown;   ///< 6061h
-  FrameRef mode_since;                     ///< of mode()
-  bool mode_seen_to_change = false;        ///< to mode(), in the capture
+  std::optional<std::int8_t> mode_by_sdo;   ///< 6060h as a download wrote it last
+  std::optional<std::int8_t> mode_mapped;   ///< 6060h in the process data
+  std::optional<std::int8_t> mode_shown;    ///< 6061h
+  std::optional<std::int8_t> mode_assumed;  ///< by the only set point, of a device without 6060h
+  FrameRef mode_since;                      ///< of mode()
+  bool mode_seen_to_change = false;         ///< to mode(), in the capture
 
   std::array<std::optional<std::int64_t>, kQuantityCount> target, actual;  ///< by Quantity, position first
   std::array<bool, kQuantityCount> target_mapped{};
@@ -121,7 +122,8 @@ struct AxisView {
   /// The mode that the drive works in; nothing where neither 6061h nor 6060h reports it.
   [[nodiscard]] std::optional<std::int8_t> mode() const {
     if (mode_shown) return mode_shown;
-    return mode_asked() ? mode_asked() : mode_mapped;
+    if (mode_asked() || mode_mapped) return mode_asked() ? mode_asked() : mode_mapped;
+    return mode_assumed;
   }
   [[nodiscard]] const std::optional<std::int64_t>& Target(Quantity quantity) const {
     return target[static_cast<std::size_t>(quantity) - 1];

@@ -123,6 +123,7 @@ void AxisWatch::TakeOutputs(const AxisValues& values, const FrameRef& frame, con
     now_.control_mapped = true;
     TakeControl(*values[Role::kControl], frame);
   }
+  if (terminal_ && !now_.mode_assumed) AssumeMode(values);
   TakeModes(values, frame);
   if (now_.control && now_.control != before) NoteReservedOfMode(*now_.control, frame);
   for (std::size_t i = 0; i < kTargets.size(); ++i) {
@@ -332,6 +333,17 @@ void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
   } else if (now_.mode_shown) {
     mode_.End(frame);
   }
+}
+
+void AxisWatch::AssumeMode(const AxisValues& values) {
+  constexpr std::array kModes{kCyclicPosition, kCyclicVelocity, kCyclicTorque};
+  std::optional<std::int8_t> only;
+  for (std::size_t i = 0; i < kModes.size(); ++i) {
+    if (!values[kTargets[i]]) continue;
+    if (only) return;
+    only = kModes[i];
+  }
+  now_.mode_assumed = only;
 }
 
 void AxisWatch::Step(const FrameRef& frame) {

@@ -51,6 +51,8 @@ class AxisWatch {
   /// A completed transfer of an object with a role.
   void OnSdo(Role role, std::int64_t value, bool download, const FrameRef& frame, const SlaveSide& slave);
   void SetLimit(bool most, std::int64_t value) { (most ? now_.limits.most : now_.limits.least) = value; }
+  /// It is the axis of a terminal: its only set point says in which mode it works.
+  void SetTerminal() { terminal_ = true; }
   /// Frames are missing, or the bus starts again: what lasts starts again.
   void Forget();
   /// The capture is over.
@@ -148,6 +150,7 @@ class AxisWatch {
   /// The control word does not ask for Operation enabled, or the master takes the slave out of OP.
   [[nodiscard]] bool AsksToStop() const;
   void TakeModes(const AxisValues& values, const FrameRef& frame);
+  void AssumeMode(const AxisValues& values);
   void Step(const FrameRef& frame);
   /// Keeps the values of now for the steps that follow.
   void Remember();
@@ -161,6 +164,7 @@ class AxisWatch {
   std::uint16_t level_mask_ = 0, level_ = 0;  ///< bits of the status word that the manual binds to a level
   Reserved odd_status_;
   AxisView now_;
+  bool terminal_ = false;
   bool seen_in_op_ = false;
   bool control_seen_ = false, status_seen_ = false, status_mapped_ = false;
   bool outputs_changed_ = false;  ///< since the last step
