@@ -14,7 +14,7 @@
 namespace ecaudit::model {
 namespace {
 
-struct Entry {
+struct TerminalEntry {
   bool output;
   std::uint8_t subindex;
   std::uint16_t bits;
@@ -23,23 +23,23 @@ struct Entry {
 };
 
 /// Module profile 742.
-constexpr std::array kEntries{
-    Entry{true, 0x01, 16, 0x6040, "controlword"},
-    Entry{true, 0x03, 8, 0x6060, "modesofoperation"},
-    Entry{true, 0x05, 32, 0x607A, "targetposition"},
-    Entry{true, 0x06, 32, 0x60FF, "targetvelocity"},
-    Entry{true, 0x09, 16, 0x6071, "targettorque"},
-    Entry{false, 0x01, 16, 0x6041, "statusword"},
-    Entry{false, 0x03, 8, 0x6061, "modesofoperationdisplay"},
-    Entry{false, 0x07, 32, 0x606C, "velocityactualvalue"},
-    Entry{false, 0x08, 16, 0x6077, "torqueactualvalue"},
+constexpr std::array kTerminalEntries{
+    TerminalEntry{true, 0x01, 16, 0x6040, "controlword"},
+    TerminalEntry{true, 0x03, 8, 0x6060, "modesofoperation"},
+    TerminalEntry{true, 0x05, 32, 0x607A, "targetposition"},
+    TerminalEntry{true, 0x06, 32, 0x60FF, "targetvelocity"},
+    TerminalEntry{true, 0x09, 16, 0x6071, "targettorque"},
+    TerminalEntry{false, 0x01, 16, 0x6041, "statusword"},
+    TerminalEntry{false, 0x03, 8, 0x6061, "modesofoperationdisplay"},
+    TerminalEntry{false, 0x07, 32, 0x606C, "velocityactualvalue"},
+    TerminalEntry{false, 0x08, 16, 0x6077, "torqueactualvalue"},
 };
 
 constexpr std::uint16_t kDeviceType = 0x1000;
 constexpr std::uint32_t kModular = 5001;
 constexpr std::uint32_t kServoModule = 742;
-constexpr std::uint16_t kOutputs = 0x7000;
-constexpr std::uint16_t kInputs = 0x6000;
+constexpr std::uint16_t kTerminalOutputs = 0x7000;
+constexpr std::uint16_t kTerminalInputs = 0x6000;
 constexpr std::uint16_t kPerChannel = 0x10;
 constexpr std::uint8_t kMostChannels = 16;
 constexpr std::uint8_t kMostAxes = 8;
@@ -55,19 +55,19 @@ std::string Letters(std::string_view name) {
 }
 
 /// The entry ends with its name: ESI files put the channel or the PDO before it.
-bool Contradicts(const Signal& signal, const Entry& entry) {
+bool Contradicts(const Signal& signal, const TerminalEntry& entry) {
   return !signal.name.empty() && !signal.name_inferred && !Letters(signal.name).ends_with(entry.name);
 }
 
-const Entry* EntryOf(bool output, std::uint8_t subindex, std::uint16_t bits) {
-  for (const Entry& entry : kEntries) {
+const TerminalEntry* EntryOf(bool output, std::uint8_t subindex, std::uint16_t bits) {
+  for (const TerminalEntry& entry : kTerminalEntries) {
     if (entry.output == output && entry.subindex == subindex && entry.bits == bits) return &entry;
   }
   return nullptr;
 }
 
 std::optional<std::uint8_t> ChannelOf(std::uint16_t index, bool output) {
-  const std::uint16_t first = output ? kOutputs : kInputs;
+  const std::uint16_t first = output ? kTerminalOutputs : kTerminalInputs;
   if (index < first || index >= first + kMostChannels * kPerChannel || index % kPerChannel != 0) return std::nullopt;
   return static_cast<std::uint8_t>((index - first) / kPerChannel);
 }
@@ -79,7 +79,7 @@ bool IsAxis(const SlaveModel& slave, std::uint8_t channel, bool servo_terminal) 
   const auto look = [&](const ProcessLayout& layout, bool output) {
     for (const Signal& signal : layout.signals) {
       if (signal.gap() || ChannelOf(signal.index, output) != channel) continue;
-      const Entry* const entry = EntryOf(output, signal.subindex, signal.bits);
+      const TerminalEntry* const entry = EntryOf(output, signal.subindex, signal.bits);
       if (entry == nullptr) continue;
       if (Contradicts(signal, *entry)) return false;
       control = control || entry->object == kControlWord;
@@ -116,9 +116,9 @@ TerminalObjects::TerminalObjects(const ImagePart& part) : channels_(AxesOf(*part
 std::uint32_t TerminalObjects::InCia402(std::uint32_t object, std::uint16_t bits) const {
   if (channels_.empty()) return object;
   const auto index = static_cast<std::uint16_t>(object >> 8U);
-  const bool output = index >= kOutputs;
+  const bool output = index >= kTerminalOutputs;
   const std::optional<std::uint8_t> channel = ChannelOf(index, output);
-  const Entry* const entry = EntryOf(output, static_cast<std::uint8_t>(object), bits);
+  const TerminalEntry* const entry = EntryOf(output, static_cast<std::uint8_t>(object), bits);
   // The position is a value of the encoder, whose channel is the one before.
   constexpr std::uint8_t kEncoderPosition = 0x11;
   constexpr std::uint16_t kPositionActual = 0x6064;
@@ -136,7 +136,7 @@ std::uint32_t TerminalObjects::InCia402(std::uint32_t object, std::uint16_t bits
 std::uint32_t TerminalObjects::ControlWordOf(const SlaveModel& slave, std::uint8_t axis) {
   const std::vector<std::uint8_t> channels = AxesOf(slave);
   if (axis >= channels.size()) return 0;
-  return static_cast<std::uint32_t>(kOutputs + channels[axis] * kPerChannel) << 8U | 1U;
+  return static_cast<std::uint32_t>(kTerminalOutputs + channels[axis] * kPerChannel) << 8U | 1U;
 }
 
 }  // namespace ecaudit::model

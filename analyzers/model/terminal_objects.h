@@ -3,7 +3,7 @@
 ///
 /// Modular devices (ETG.5001) have the objects of channel n at 7000h + 10h x n (outputs) and 6000h + 10h x n (inputs).
 /// A servo terminal (module profile 742) has the control word, status word and set points of CiA 402 there, at
-/// subindices of one object. A channel counts as one if the types of its entries say so, and neither their names (SDO
+/// subindices of one object. A channel counts as one by the types of its entries, if neither their names (SDO
 /// information, ESI) nor the profile number in 1000h contradict.
 /// Source: ETG.5001, module profile numbers; CIA402, object dictionary.
 #pragma once

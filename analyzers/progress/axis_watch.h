@@ -51,7 +51,7 @@ class AxisWatch {
   /// A completed transfer of an object with a role.
   void OnSdo(Role role, std::int64_t value, bool download, const FrameRef& frame, const SlaveSide& slave);
   void SetLimit(bool most, std::int64_t value) { (most ? now_.limits.most : now_.limits.least) = value; }
-  /// It is the axis of a terminal: its only set point says in which mode it works.
+  /// It is the axis of a terminal: its only set point shows in which mode it works.
   void SetTerminal() { terminal_ = true; }
   /// Frames are missing, or the bus starts again: what lasts starts again.
   void Forget();
