@@ -1,8 +1,10 @@
 #include "analyzers/judge/axis_rule.h"
 
+#include "analyzers/judge/axis_lead.h"
 #include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/model/terminal_objects.h"
 #include "analyzers/objects/relatives.h"
 #include "analyzers/progress/progress_model.h"
 #include "analyzers/words/drive_text.h"
@@ -57,6 +59,10 @@ void AxisRule::ReportOf(SlaveId slave, std::uint8_t number, const progress::Axis
   if (record.fault) finding.Set("fault", arg::Flag());
   SetFault(finding, slave, number, axis);
   Describe(finding, record, axis);
+  AddLead(finding, record.lead, family, number);
+  if (const std::uint32_t word = model::TerminalObjects::ControlWordOf(context().slave(slave), number); word != 0) {
+    finding.Set("control_object", arg::Object(static_cast<std::uint16_t>(word >> 8U), static_cast<int>(word & 0xFFU)));
+  }
   if (family.drive) finding.reference = ReferenceTo(family.drive->source);
   NameAxis(finding, number);
   const std::uint64_t key =
@@ -83,7 +89,7 @@ void AxisRule::SetFault(Finding& finding, SlaveId slave, std::uint8_t number, co
 
 Value AxisRule::ObjectOf(std::int64_t index) const {
   const auto object = model::ObjectOfAxis(static_cast<std::uint16_t>(index), axis_);
-  return arg::Object(object, 0);
+  return arg::Object(object, progress::SubindexOf(static_cast<std::uint16_t>(index)));
 }
 
 std::string AxisRule::UnitOf(std::uint16_t index) const {

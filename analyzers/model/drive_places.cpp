@@ -3,6 +3,7 @@
 #include "analyzers/model/drive_axes.h"
 #include "analyzers/model/drive_events.h"
 #include "analyzers/model/process_image.h"
+#include "analyzers/model/terminal_objects.h"
 
 namespace ecaudit::model {
 namespace {
@@ -33,10 +34,12 @@ const DrivePart& DrivePlaces::Of(const ImagePart& part) {
   next_ = (next_ + 1) % parts_.size();
   places = {};
   places.serial = part.serial;
+  const TerminalObjects terminal(part);
   for (const ImagePart::Place& place : part.places) {
+    const std::uint32_t object = terminal.InCia402(place.object, place.bits);
     const DrivePart::Where here{place.bit, place.bits};
-    const auto index_mapped = static_cast<std::uint16_t>(place.object >> 8U);
-    const auto subindex = static_cast<std::uint8_t>(place.object);
+    const auto index_mapped = static_cast<std::uint16_t>(object >> 8U);
+    const auto subindex = static_cast<std::uint8_t>(object);
     if (const auto axis = DriveAxes::AxisOfWord(index_mapped, subindex, place.bits)) {
       places.axes = static_cast<std::uint8_t>(places.axes | 1U << *axis);
     }
@@ -49,7 +52,7 @@ const DrivePart& DrivePlaces::Of(const ImagePart& part) {
     } else {
       if (is(kStatusWord, 16)) places.status = here;
       if (is(kModesDisplay, 8)) places.mode_shown = here;
-      if (MapsErrorCode(place.object, place.bits)) {
+      if (MapsErrorCode(object, place.bits)) {
         places.error_code = here;
         places.error_object = InFirstAxis(index_mapped);
       }

@@ -27,6 +27,8 @@ enum class AxisFact : std::uint8_t {
   kOverwrittenControl,  ///< a: written by SDO, b: in the process data
   kLocalControl,        ///< bit 9 of the status word is 0: the drive is not controlled over the bus
   kHasty,               ///< a: times that bit 3 rose, b: the longest of them in ns
+  kStaysDisabled,       ///< Shutdown was sent long enough, and the drive stays in Switch on disabled
+  kBytesSwapped,        ///< the control word has the enable sequence in its high byte
   kDropsBack,           ///< a: times that the drive went back to Switch on disabled by itself; last of these
   // It is enabled, and nothing starts the motion.
   kStartMissing,       ///< a: mode; bit 4 stays 0
@@ -48,9 +50,10 @@ enum class AxisFact : std::uint8_t {
   kLags,            ///< a: travel of the target, b: travel of the actual value
   kStandsStill,     ///< a: travel of the target, b: travel of the actual value; velocity: the values
   kWrongWay,        ///< likewise
-  kZeroLimit,       ///< likewise; c: a mapped limit that is 0
+  kZeroLimit,       ///< likewise; c: a limit that is 0
   kOtherScale,      ///< velocities: the actual value is steady, and far from the target in number
-  kHomingStands,    ///< homing is started, and the axis neither moves nor reports an end; b: how far it went
+  kHomingStands,    ///< homing is started, and the axis neither moves nor reports an end; b: how far it went, c: as
+                    ///< kZeroLimit
   // The process data are read at a wrong place.
   kModeShifted,  ///< a: 6061h by SDO, b: in the process data
 };
@@ -65,19 +68,38 @@ enum class Quantity : std::uint8_t {
 };
 inline constexpr std::size_t kQuantityCount = 4;
 
+/// The values of an axis that matter most, at one moment; target and actual value are those of its mode.
+struct AxisMoment {
+  FrameRef frame;
+  std::optional<std::uint16_t> control, status;
+  std::optional<std::int8_t> mode;
+  Quantity quantity = Quantity::kNone;
+  std::optional<std::int64_t> target, actual;
+};
+
+/// What an axis received and showed before something happened.
+struct AxisLead {
+  AxisMoment last;                    ///< the moment before; its frame is not seen() where there was none
+  std::optional<AxisMoment> earlier;  ///< some 50 ms before
+};
+
 struct AxisRecord {
   AxisFact fact = AxisFact::kNoReaction;
   FrameRef since;  ///< where it began
   FrameRef frame;  ///< where it was certain
   FrameRef last;   ///< where it was still so, or came again: what was reached after that is not held by it
   std::uint64_t count = 1;
-  bool inferred = false;     ///< what came before the capture may be the reason
-  bool fault = false;        ///< the drive went into a fault, or showed a following error, because of it
-  bool constant = false;     ///< kSetpointNotMapped: the set point of the mode is mapped and stays the same
-  bool limited = false;      ///< bit 11 of the status word: an internal limit is active
-  bool solved = false;       ///< of enabling: the drive got to Operation enabled after it
-  bool followed = false;     ///< kOutsideLimits: the axis goes there all the same
-  bool healthy = false;      ///< a healthy machine may show the same: an info, and no rung is held by it
+  bool inferred = false;  ///< what came before the capture may be the reason
+  bool fault = false;     ///< the drive went into a fault, or showed a following error, because of it
+  bool constant = false;  ///< kSetpointNotMapped: the set point of the mode is mapped and stays the same
+  bool limited = false;   ///< bit 11 of the status word: an internal limit is active
+  bool by_sdo = false;    ///< kZeroLimit, kHomingStands: the limit was written or read by SDO
+  bool new_mode = false;  ///< kJumpAtEnable: the drive was enabled before, in another mode
+  std::uint8_t at_switch =
+      0;                  ///< a limit switch of 60FDh that is active where the set point goes: 1 negative, 2 positive
+  bool solved = false;    ///< of enabling: the drive got to Operation enabled after it
+  bool followed = false;  ///< kOutsideLimits: the axis goes there all the same
+  bool healthy = false;   ///< a healthy machine may show the same: an info, and no rung is held by it
   std::uint64_t healed = 0;  ///< episodes that ended as AxisRecords::Heal() describes
   FrameRef solved_at;        ///< where it was solved first, or found healthy after all
   std::optional<std::uint16_t> control, status;
@@ -86,6 +108,7 @@ struct AxisRecord {
   Quantity quantity = Quantity::kNone;
   TimeNs lasted = 0;  ///< from `since` to `frame`
   std::int64_t a = 0, b = 0, c = 0;
+  AxisLead lead;  ///< of jumps and following errors
 };
 
 /// The facts of one axis, one record for each fact and quantity; more episodes of it are counted.

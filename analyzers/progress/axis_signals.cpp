@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "analyzers/model/terminal_objects.h"
 #include "decoder/base/bytes.h"
 
 namespace ecaudit::progress {
@@ -26,7 +27,9 @@ constexpr std::array kRoleRows{
     RoleRow{0x6072, 0, Role::kMaxTorque},      RoleRow{0x60E0, 0, Role::kPositiveTorque},
     RoleRow{0x60E1, 0, Role::kNegativeTorque}, RoleRow{0x607F, 0, Role::kMaxVelocity},
     RoleRow{0x6080, 0, Role::kMaxMotorSpeed},  RoleRow{0x6081, 0, Role::kProfileSpeed},
-    RoleRow{0x6083, 0, Role::kAcceleration},
+    RoleRow{0x6083, 0, Role::kAcceleration},   RoleRow{0x6098, 0, Role::kHomingMethod},
+    RoleRow{0x6099, 1, Role::kHomingSpeed},    RoleRow{0x609A, 0, Role::kHomingAcceleration},
+    RoleRow{0x60FD, 0, Role::kDigitalInputs},
 };
 
 constexpr std::uint16_t kFirstOfAxes = 0x6000;
@@ -42,6 +45,13 @@ bool IsSigned(Role role) {
 std::uint16_t ObjectOf(Role role) {
   for (const RoleRow& row : kRoleRows) {
     if (row.role == role) return row.index;
+  }
+  return 0;
+}
+
+std::uint8_t SubindexOf(std::uint16_t index) {
+  for (const RoleRow& row : kRoleRows) {
+    if (row.index == index) return row.subindex;
   }
   return 0;
 }
@@ -62,8 +72,11 @@ std::optional<std::pair<std::uint8_t, Role>> RoleOf(std::uint16_t index, std::ui
 }
 
 AxisPlaces::AxisPlaces(const model::ImagePart& part) : serial_(part.serial) {
+  const model::TerminalObjects terminal(part);
+  terminal_ = !terminal.empty();
   for (const model::ImagePart::Place& place : part.places) {
-    const auto role = RoleOf(static_cast<std::uint16_t>(place.object >> 8U), static_cast<std::uint8_t>(place.object));
+    const std::uint32_t object = terminal.InCia402(place.object, place.bits);
+    const auto role = RoleOf(static_cast<std::uint16_t>(object >> 8U), static_cast<std::uint8_t>(object));
     if (!role || place.bits == 0 || place.bits > 64) continue;
     const bool taken = std::any_of(places_.begin(), places_.end(), [&](const Place& other) {
       return other.axis == role->first && other.role == role->second;

@@ -36,14 +36,21 @@ enum class Role : std::uint8_t {
   kMaxMotorSpeed,   ///< 6080h
   kProfileSpeed,    ///< 6081h, of profile position
   kAcceleration,    ///< 6083h, of profile modes
+  // Likewise of homing.
+  kHomingMethod,        ///< 6098h: 0 is none
+  kHomingSpeed,         ///< 6099h:1
+  kHomingAcceleration,  ///< 609Ah
+  kDigitalInputs,       ///< 60FDh: bit 0 is the negative limit switch, bit 1 the positive one
 };
-inline constexpr std::size_t kRoles = 20;
-inline constexpr std::array kLimitRoles{Role::kMaxTorque,   Role::kPositiveTorque, Role::kNegativeTorque,
-                                        Role::kMaxVelocity, Role::kMaxMotorSpeed,  Role::kProfileSpeed,
-                                        Role::kAcceleration};
+inline constexpr std::size_t kRoles = 24;
+inline constexpr std::array kLimitRoles{
+    Role::kMaxTorque,    Role::kPositiveTorque, Role::kNegativeTorque, Role::kMaxVelocity, Role::kMaxMotorSpeed,
+    Role::kProfileSpeed, Role::kAcceleration,   Role::kHomingMethod,   Role::kHomingSpeed, Role::kHomingAcceleration};
 
 /// The object of the first axis that has this role.
 [[nodiscard]] std::uint16_t ObjectOf(Role role);
+/// The subindex of the first role that this object of the first axis has; 0 where it has none.
+[[nodiscard]] std::uint8_t SubindexOf(std::uint16_t index);
 
 /// Values of one axis in one direction of one frame; unset: not mapped there.
 struct AxisValues {
@@ -73,6 +80,8 @@ class AxisPlaces {
 
   [[nodiscard]] std::uint64_t serial() const { return serial_; }
   [[nodiscard]] bool empty() const { return places_.empty(); }
+  /// Of a servo terminal: its objects are at other indices, and its mode may be in none of them.
+  [[nodiscard]] bool terminal() const { return terminal_; }
   /// Takes the bits of all places into `bits`; returns whether they are the same as there before.
   [[nodiscard]] bool Repeats(ByteSpan data, std::vector<std::uint64_t>& bits) const;
   /// Calls `visit(axis)` for each axis with a place here.
@@ -103,6 +112,7 @@ class AxisPlaces {
   [[nodiscard]] static std::optional<std::int64_t> ValueOf(ByteSpan data, const Place& place);
 
   std::uint64_t serial_ = 0;
+  bool terminal_ = false;
   std::vector<Place> places_;  ///< by axis
 };
 

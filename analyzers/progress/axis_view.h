@@ -19,6 +19,59 @@ struct SoftwareLimits {
   std::optional<std::int64_t> least, most;  ///< 607Dh:1, 607Dh:2
 };
 
+// Bits of the control word.
+inline constexpr unsigned kEnableVoltageBit = 1;
+inline constexpr unsigned kQuickStopBit = 2;
+inline constexpr unsigned kEnableOperationBit = 3;
+inline constexpr unsigned kStartBit = 4;  ///< new set point, start homing
+inline constexpr unsigned kRelativeBit = 6;
+inline constexpr unsigned kResetBit = 7;
+inline constexpr unsigned kHaltBit = 8;
+// Bits of the status word.
+inline constexpr unsigned kVoltageBit = 4;
+inline constexpr unsigned kRemoteBit = 9;
+inline constexpr unsigned kReachedBit = 10;
+inline constexpr unsigned kLimitBit = 11;
+inline constexpr unsigned kAcknowledgeBit = 12;  ///< profile position
+inline constexpr unsigned kErrorBit = 13;        ///< following error, homing error
+
+inline constexpr std::uint16_t kEnableWord = 0x000F;
+// Bits of the digital inputs (60FDh).
+inline constexpr std::uint16_t kNegativeSwitch = 0x0001;
+inline constexpr std::uint16_t kPositiveSwitch = 0x0002;
+/// Of the velocity mode (2): let the ramp run, unlock it, use the reference.
+inline constexpr std::uint16_t kRampBits = 0x0070;
+
+inline constexpr std::int8_t kProfilePosition = 1;
+inline constexpr std::int8_t kVelocityMode = 2;
+inline constexpr std::int8_t kProfileVelocity = 3;
+inline constexpr std::int8_t kProfileTorque = 4;
+inline constexpr std::int8_t kHoming = 6;
+inline constexpr std::int8_t kInterpolated = 7;
+inline constexpr std::int8_t kCyclicPosition = 8;
+inline constexpr std::int8_t kCyclicVelocity = 9;
+inline constexpr std::int8_t kCyclicTorque = 10;
+
+/// What the set point of a mode is; kNone: none (homing), or the mode is of the manufacturer.
+[[nodiscard]] constexpr Quantity QuantityOf(std::int8_t mode) {
+  switch (mode) {
+    case kProfilePosition:
+    case kInterpolated:
+    case kCyclicPosition:
+      return Quantity::kPosition;
+    case kVelocityMode:
+      return Quantity::kSpeed;
+    case kProfileVelocity:
+    case kCyclicVelocity:
+      return Quantity::kVelocity;
+    case kProfileTorque:
+    case kCyclicTorque:
+      return Quantity::kTorque;
+    default:
+      return Quantity::kNone;
+  }
+}
+
 struct AxisView {
   FrameRef frame;  ///< of the newest value
 
@@ -36,16 +89,21 @@ struct AxisView {
   unsigned homing_bit = 4;         ///< of the control word: its rising edge starts homing
   FrameRef state_since;
 
-  std::optional<std::int8_t> mode_by_sdo;  ///< 6060h as a download wrote it last
-  std::optional<std::int8_t> mode_mapped;  ///< 6060h in the process data
-  std::optional<std::int8_t> mode_shown;   ///< 6061h
-  FrameRef mode_since;                     ///< of mode()
-  bool mode_seen_to_change = false;        ///< to mode(), in the capture
+  std::optional<std::int8_t> mode_by_sdo;   ///< 6060h as a download wrote it last
+  std::optional<std::int8_t> mode_mapped;   ///< 6060h in the process data
+  std::optional<std::int8_t> mode_shown;    ///< 6061h
+  std::optional<std::int8_t> mode_assumed;  ///< by the only set point, of a device without 6060h
+  FrameRef mode_since;                      ///< of mode()
+  bool mode_seen_to_change = false;         ///< to mode(), in the capture
 
   std::array<std::optional<std::int64_t>, kQuantityCount> target, actual;  ///< by Quantity, position first
   std::array<bool, kQuantityCount> target_mapped{};
   SoftwareLimits limits;
-  std::uint16_t zero_limit = 0;  ///< an object in the outputs that limits the motion and is 0; 0: none
+  std::uint16_t zero_limit = 0;  ///< an object that limits the motion and is 0; 0: none
+  bool zero_by_sdo = false;      ///< it is not in the outputs: its value was written or read by SDO
+  std::uint16_t switches = 0;    ///< 60FDh bits 0 and 1, where it is mapped
+
+  AxisLead lead;  ///< before this step
 
   InOp in_op = InOp::kUnknown;
   bool op_requested = false;  ///< in this run
@@ -68,13 +126,22 @@ struct AxisView {
   /// The mode that the drive works in; nothing where neither 6061h nor 6060h reports it.
   [[nodiscard]] std::optional<std::int8_t> mode() const {
     if (mode_shown) return mode_shown;
-    return mode_asked() ? mode_asked() : mode_mapped;
+    if (mode_asked() || mode_mapped) return mode_asked() ? mode_asked() : mode_mapped;
+    return mode_assumed;
   }
   [[nodiscard]] const std::optional<std::int64_t>& Target(Quantity quantity) const {
     return target[static_cast<std::size_t>(quantity) - 1];
   }
   [[nodiscard]] const std::optional<std::int64_t>& Actual(Quantity quantity) const {
     return actual[static_cast<std::size_t>(quantity) - 1];
+  }
+  /// The values of now that matter most.
+  [[nodiscard]] AxisMoment Moment() const {
+    AxisMoment moment{frame, control, status, mode(), mode() ? QuantityOf(*mode()) : Quantity::kNone, {}, {}};
+    if (moment.quantity == Quantity::kNone) moment.quantity = Quantity::kPosition;
+    moment.target = Target(moment.quantity);
+    moment.actual = Actual(moment.quantity);
+    return moment;
   }
   /// A record of this moment.
   [[nodiscard]] AxisRecord Record(AxisFact fact, const FrameRef& since, TimeNs lasted = 0) const {
@@ -90,36 +157,6 @@ struct AxisView {
     return record;
   }
 };
-
-// Bits of the control word.
-inline constexpr unsigned kEnableVoltageBit = 1;
-inline constexpr unsigned kQuickStopBit = 2;
-inline constexpr unsigned kEnableOperationBit = 3;
-inline constexpr unsigned kStartBit = 4;  ///< new set point, start homing
-inline constexpr unsigned kRelativeBit = 6;
-inline constexpr unsigned kResetBit = 7;
-inline constexpr unsigned kHaltBit = 8;
-// Bits of the status word.
-inline constexpr unsigned kVoltageBit = 4;
-inline constexpr unsigned kRemoteBit = 9;
-inline constexpr unsigned kReachedBit = 10;
-inline constexpr unsigned kLimitBit = 11;
-inline constexpr unsigned kAcknowledgeBit = 12;  ///< profile position
-inline constexpr unsigned kErrorBit = 13;        ///< following error, homing error
-
-inline constexpr std::uint16_t kEnableWord = 0x000F;
-/// Of the velocity mode (2): let the ramp run, unlock it, use the reference.
-inline constexpr std::uint16_t kRampBits = 0x0070;
-
-inline constexpr std::int8_t kProfilePosition = 1;
-inline constexpr std::int8_t kVelocityMode = 2;
-inline constexpr std::int8_t kProfileVelocity = 3;
-inline constexpr std::int8_t kProfileTorque = 4;
-inline constexpr std::int8_t kHoming = 6;
-inline constexpr std::int8_t kInterpolated = 7;
-inline constexpr std::int8_t kCyclicPosition = 8;
-inline constexpr std::int8_t kCyclicVelocity = 9;
-inline constexpr std::int8_t kCyclicTorque = 10;
 
 [[nodiscard]] constexpr bool IsFault(std::optional<device::DriveState> state) {
   return state == device::DriveState::kFault || state == device::DriveState::kFaultReactionActive;
@@ -145,26 +182,6 @@ inline constexpr std::int8_t kCyclicTorque = 10;
 [[nodiscard]] constexpr bool StepsToActual(std::int64_t before, std::int64_t target, std::int64_t actual) {
   constexpr std::int64_t kShareOfStep = 20;
   return Magnitude(Apart(target, actual)) * kShareOfStep < Magnitude(Apart(before, target));
-}
-
-/// What the set point of a mode is; kNone: none (homing), or the mode is of the manufacturer.
-[[nodiscard]] constexpr Quantity QuantityOf(std::int8_t mode) {
-  switch (mode) {
-    case kProfilePosition:
-    case kInterpolated:
-    case kCyclicPosition:
-      return Quantity::kPosition;
-    case kVelocityMode:
-      return Quantity::kSpeed;
-    case kProfileVelocity:
-    case kCyclicVelocity:
-      return Quantity::kVelocity;
-    case kProfileTorque:
-    case kCyclicTorque:
-      return Quantity::kTorque;
-    default:
-      return Quantity::kNone;
-  }
 }
 
 inline unsigned AxisView::StartBitOf(std::int8_t of_mode) const {

@@ -14,6 +14,10 @@ constexpr std::array kActuals{Role::kPosition, Role::kVelocity, Role::kTorque, R
 constexpr TimeNs kSettledNs = 100'000'000;
 /// ... and for this long after it.
 constexpr TimeNs kStaysNs = 50'000'000;
+/// How far back the values before a fault go.
+constexpr TimeNs kLeadNs = 50'000'000;
+constexpr TimeNs kLeadSteps = 5;
+constexpr std::size_t kFaults = 16;
 static_assert(kTargets.size() == kQuantityCount && kActuals.size() == kQuantityCount);
 
 }  // namespace
@@ -123,6 +127,7 @@ void AxisWatch::TakeOutputs(const AxisValues& values, const FrameRef& frame, con
     now_.control_mapped = true;
     TakeControl(*values[Role::kControl], frame);
   }
+  if (terminal_ && !now_.mode_assumed) AssumeMode(values);
   TakeModes(values, frame);
   if (now_.control && now_.control != before) NoteReservedOfMode(*now_.control, frame);
   for (std::size_t i = 0; i < kTargets.size(); ++i) {
@@ -138,21 +143,26 @@ void AxisWatch::TakeOutputs(const AxisValues& values, const FrameRef& frame, con
 
 void AxisWatch::TakeLimits(const AxisValues& values) {
   for (std::size_t i = 0; i < kLimitRoles.size(); ++i) {
-    if (values[kLimitRoles[i]]) limit_is_zero_[i] = *values[kLimitRoles[i]] == 0;
+    if (!values[kLimitRoles[i]]) continue;
+    limit_is_zero_[i] = *values[kLimitRoles[i]] == 0;
+    limit_mapped_[i] = true;
   }
 }
 
 /// By the mode of now: what is 0 may be of another one.
-std::uint16_t AxisWatch::ZeroLimit() const {
+void AxisWatch::FindZeroLimit() {
   const std::int8_t mode = now_.mode().value_or(kCyclicPosition);
+  now_.zero_limit = 0;
   for (std::size_t i = 0; i < kLimitRoles.size(); ++i) {
     if (!limit_is_zero_[i]) continue;
     const Role limit = kLimitRoles[i];
     if (limit == Role::kProfileSpeed && mode != kProfilePosition) continue;
     if (limit == Role::kAcceleration && mode != kProfilePosition && mode != kProfileVelocity) continue;
-    return ObjectOf(limit);
+    if (limit >= Role::kHomingMethod && mode != kHoming) continue;
+    now_.zero_limit = ObjectOf(limit);
+    now_.zero_by_sdo = !limit_mapped_[i];
+    return;
   }
-  return 0;
 }
 
 void AxisWatch::TakeInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
@@ -163,6 +173,9 @@ void AxisWatch::TakeInputs(const AxisValues& values, const FrameRef& frame, cons
   }
   TakeModes(values, frame);
   if (values[Role::kModeShown]) ConfirmShown(frame);
+  if (values[Role::kDigitalInputs]) {
+    now_.switches = static_cast<std::uint16_t>(*values[Role::kDigitalInputs] & (kNegativeSwitch | kPositiveSwitch));
+  }
   if (values[Role::kErrorCode]) error_code_ = static_cast<std::uint16_t>(*values[Role::kErrorCode]);
   for (std::size_t i = 0; i < kActuals.size(); ++i) {
     if (values[kActuals[i]]) now_.actual[i] = values[kActuals[i]];
@@ -207,6 +220,9 @@ void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameR
       return;
     }
     default:
+      for (std::size_t i = 0; i < kLimitRoles.size(); ++i) {
+        if (kLimitRoles[i] == role && !limit_mapped_[i]) limit_is_zero_[i] = value == 0;
+      }
       return;
   }
 }
@@ -271,6 +287,9 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
     now_.state_changed = true;
     now_.state_before = last_state_;
     now_.state_since = frame;
+    if (IsFault(now_.state) && last_state_ && !IsFault(last_state_) && faults_.size() < kFaults) {
+      faults_.emplace_back(frame.number, now_.lead);
+    }
     if (last_state_ == DriveState::kOperationEnabled) lost_unasked_ = !AsksToStop();
     last_state_ = now_.state;
   }
@@ -320,9 +339,20 @@ void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
   }
 }
 
+void AxisWatch::AssumeMode(const AxisValues& values) {
+  constexpr std::array kModes{kCyclicPosition, kCyclicVelocity, kCyclicTorque};
+  std::optional<std::int8_t> only;
+  for (std::size_t i = 0; i < kModes.size(); ++i) {
+    if (!values[kTargets[i]]) continue;
+    if (only) return;
+    only = kModes[i];
+  }
+  now_.mode_assumed = only;
+}
+
 void AxisWatch::Step(const FrameRef& frame) {
   now_.frame = frame;
-  now_.zero_limit = ZeroLimit();
+  FindZeroLimit();
   if (drive_ != nullptr && seen()) {
     Checks& checks = GetChecks();
     if (words_changed_ || checks.enable.active()) checks.enable.Step(now_, records_);
@@ -336,19 +366,34 @@ void AxisWatch::Step(const FrameRef& frame) {
   }
   now_.control_changed = now_.control_first = now_.state_changed = false;
   words_changed_ = outputs_changed_ = false;
+  Remember();
+}
+
+void AxisWatch::Remember() {
+  const AxisMoment moment = now_.Moment();
+  if (moment.frame.has_time) {
+    const auto age = [&](const AxisMoment& old) { return Elapsed(old.frame.time, moment.frame.time); };
+    if (recent_.empty() || age(recent_.back()) >= kLeadNs / kLeadSteps) recent_.push_back(moment);
+    // The oldest one may be older than that: nothing changed in between.
+    while (recent_.size() > 1 && age(recent_[1]) >= kLeadNs) recent_.erase(recent_.begin());
+  }
+  now_.lead.last = moment;
+  now_.lead.earlier.reset();
+  if (!recent_.empty() && recent_.front().frame.number != moment.frame.number) now_.lead.earlier = recent_.front();
 }
 
 void AxisWatch::Forget() {
   TakeCollected();
   collected_.reset();
   shifted_.reset();
-  limit_is_zero_ = {};
+  limit_is_zero_ = limit_mapped_ = {};
   AxisView fresh;
   fresh.control_mapped = now_.control_mapped;
   fresh.limits = now_.limits;
   fresh.error_bit_differs = now_.error_bit_differs;
   fresh.target_mapped = now_.target_mapped;
   now_ = fresh;
+  recent_.clear();
   last_state_.reset();
   words_changed_ = true;
   if (checks_ == nullptr) return;

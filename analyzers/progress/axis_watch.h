@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "analyzers/progress/axis_signals.h"
 #include "analyzers/progress/axis_view.h"
@@ -49,6 +51,8 @@ class AxisWatch {
   /// A completed transfer of an object with a role.
   void OnSdo(Role role, std::int64_t value, bool download, const FrameRef& frame, const SlaveSide& slave);
   void SetLimit(bool most, std::int64_t value) { (most ? now_.limits.most : now_.limits.least) = value; }
+  /// It is the axis of a terminal: its only set point shows in which mode it works.
+  void SetTerminal() { terminal_ = true; }
   /// Frames are missing, or the bus starts again: what lasts starts again.
   void Forget();
   /// The capture is over.
@@ -82,6 +86,14 @@ class AxisWatch {
 
   /// A word was seen while the slave certainly was in OP.
   [[nodiscard]] bool seen_in_op() const { return seen_in_op_; }
+
+  /// What came before the fault whose first status word is in this frame; null: not known.
+  [[nodiscard]] const AxisLead* LeadToFault(FrameNo frame) const {
+    for (const auto& [first, lead] : faults_) {
+      if (first == frame) return &lead;
+    }
+    return nullptr;
+  }
 
   // Of the ladder.
   [[nodiscard]] const Span& without_fault() const { return without_fault_; }
@@ -129,8 +141,8 @@ class AxisWatch {
   [[nodiscard]] const Checks& OfChecks() const;
   void Side(const SlaveSide& slave);
   void TakeLimits(const AxisValues& values);
-  /// A mapped limit that is 0 and acts in the mode of now; 0: none.
-  [[nodiscard]] std::uint16_t ZeroLimit() const;
+  /// Which limit is 0 and acts in the mode of now.
+  void FindZeroLimit();
   void FollowShown(std::int64_t value, bool download, const FrameRef& frame);
   void ConfirmShown(const FrameRef& frame);
   void TakeControl(std::int64_t word, const FrameRef& frame);
@@ -138,7 +150,10 @@ class AxisWatch {
   /// The control word does not ask for Operation enabled, or the master takes the slave out of OP.
   [[nodiscard]] bool AsksToStop() const;
   void TakeModes(const AxisValues& values, const FrameRef& frame);
+  void AssumeMode(const AxisValues& values);
   void Step(const FrameRef& frame);
+  /// Keeps the values of now for the steps that follow.
+  void Remember();
 
   void NoteReservedOfMode(std::uint16_t word, const FrameRef& frame);
   static void NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16_t word, const FrameRef& frame);
@@ -149,6 +164,7 @@ class AxisWatch {
   std::uint16_t level_mask_ = 0, level_ = 0;  ///< bits of the status word that the manual binds to a level
   Reserved odd_status_;
   AxisView now_;
+  bool terminal_ = false;
   bool seen_in_op_ = false;
   bool control_seen_ = false, status_seen_ = false, status_mapped_ = false;
   bool outputs_changed_ = false;  ///< since the last step
@@ -157,13 +173,15 @@ class AxisWatch {
   Newest newest_outputs_, newest_inputs_;
   std::unique_ptr<Collected> collected_;  ///< of an axis in several parts that one frame brings
   std::unique_ptr<Shifted> shifted_;      ///< null: nothing differs
-  std::array<bool, kLimitRoles.size()> limit_is_zero_{};
+  std::array<bool, kLimitRoles.size()> limit_is_zero_{}, limit_mapped_{};
   std::optional<device::DriveState> last_state_;
   std::optional<std::uint16_t> error_code_;
   bool lost_unasked_ = false, voltage_lost_unasked_ = false;
   FrameNo status_frame_ = 0;
   Span without_fault_, voltage_, enabled_, mode_;
-  std::unique_ptr<Checks> checks_;  ///< null before the first word
+  std::vector<AxisMoment> recent_;                    ///< some of the last 50 ms, oldest first
+  std::vector<std::pair<FrameNo, AxisLead>> faults_;  ///< the first ones
+  std::unique_ptr<Checks> checks_;                    ///< null before the first word
   AxisRecords records_;
 };
 

@@ -18,6 +18,10 @@ constexpr TimeNs kSlowNs = 1'000'000'000;
 constexpr TimeNs kHastyNs = 50'000'000;
 constexpr std::uint32_t kAttempts = 10;
 
+/// Bits 0 to 2 and 7 of the control word: Shutdown is 6 of them.
+constexpr std::uint16_t kShutdownMask = 0x0087;
+constexpr std::uint16_t kShutdown = 0x0006;
+
 bool IsWhole(std::uint16_t word) {
   return (word & kEnableWord) == kEnableWord;
 }
@@ -71,7 +75,9 @@ void EnableCheck::Step(const AxisView& now, AxisRecords& out) {
   Attempts(now, out);
   Drops(now, out);
   InFault(now, out);
+  Disabled(now, out);
   OnTheWay(now, out);
+  Swapped(now, out);
 }
 
 /// A master that does not wait for the drive goes through its sequence again and again.
@@ -101,6 +107,48 @@ void EnableCheck::Attempts(const AxisView& now, AxisRecords& out) {
   record.a = attempts_;
   record.b = longest_;
   out.Add(record);
+}
+
+/// A drive that gets its Shutdown and does not take it: something that it needs is not there.
+void EnableCheck::Disabled(const AxisView& now, AxisRecords& out) {
+  const bool disabled = now.state == DriveState::kSwitchOnDisabled && now.in_op == InOp::kYes && now.control;
+  if (!disabled) {
+    shutdown_ = last_wish_ = {};
+    shutdown_due_ = false;
+    disabled_.Reset();
+    return;
+  }
+  if (shutdown_.seen() && shutdown_.has_time && now.frame.has_time) {
+    shutdown_due_ = shutdown_due_ || Elapsed(shutdown_.time, now.frame.time) >= kHastyNs;
+  }
+  const bool shutdown = (*now.control & kShutdownMask) == kShutdown;
+  if (!shutdown || !shutdown_.seen()) shutdown_ = shutdown ? now.frame : FrameRef{};
+  if (now.Control(kEnableOperationBit)) last_wish_ = now.frame;
+  const bool wishes = last_wish_.seen() && last_wish_.has_time && now.frame.has_time &&
+                      Elapsed(last_wish_.time, now.frame.time) < kSlowNs;
+  if (const TimeNs held = disabled_.Hold(shutdown_due_ && wishes, now.frame);
+      out.IsDue(AxisFact::kStaysDisabled, disabled_, held, kSlowNs, now.frame)) {
+    wanted_ = true;
+    out.Add(now.Record(AxisFact::kStaysDisabled, disabled_.since(), held));
+  }
+}
+
+/// 0x0600, 0x0700, 0x0F00: the enable sequence in the wrong order of bytes.
+void EnableCheck::Swapped(const AxisView& now, AxisRecords& out) {
+  const std::uint16_t control = now.control.value_or(0);
+  const auto high = static_cast<std::uint16_t>(control >> 8U);
+  const bool acts = now.in_op != InOp::kNo && now.state && !now.enabled() && !IsFault(now.state);
+  if (!acts || (control & 0x00FFU) != 0) {
+    swapped_before_ = false;
+  } else if (control != 0 && (high == kShutdown || high == kNeeded)) {
+    swapped_before_ = true;
+  }
+  const bool swapped = acts && swapped_before_ && (control & 0x00FFU) == 0 && high == kEnableWord;
+  if (const TimeNs held = swapped_.Hold(swapped, now.frame);
+      out.IsDue(AxisFact::kBytesSwapped, swapped_, held, kEdgeNs, now.frame)) {
+    wanted_ = true;
+    out.Add(now.Record(AxisFact::kBytesSwapped, swapped_.since(), held));
+  }
 }
 
 /// A drive that accepts Shutdown or Switch on and leaves that state at once: something that it needs is not there.
@@ -169,7 +217,8 @@ void EnableCheck::OnTheWay(const AxisView& now, AxisRecords& out) {
   const bool disabled = now.state == DriveState::kSwitchOnDisabled;
   const bool lost_voltage = had_voltage_ && now.status && !now.Status(kVoltageBit);
   const AxisFact no_shutdown = lost_voltage ? AxisFact::kNoVoltage : AxisFact::kShutdownMissing;
-  if (const TimeNs held = shutdown_missing_.Hold(acts && whole && disabled && (shown || !ever_enabled()), now.frame);
+  if (const TimeNs held =
+          shutdown_missing_.Hold(acts && whole && disabled && !shutdown_due_ && (shown || !ever_enabled()), now.frame);
       out.IsDue(no_shutdown, shutdown_missing_, held, kEdgeNs, now.frame)) {
     wanted_ = true;
     AxisRecord record = now.Record(no_shutdown, shutdown_missing_.since(), held);

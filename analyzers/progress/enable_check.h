@@ -24,7 +24,7 @@ class EnableCheck {
   [[nodiscard]] bool active() const {
     return by_sdo_ || reset_stands_.active() || reset_missing_.active() || fault_stays_.active() ||
            bit_missing_.active() || shutdown_missing_.active() || asked_.active() || quick_stop_.active() ||
-           not_ready_.active() || not_in_op_.active();
+           not_ready_.active() || not_in_op_.active() || disabled_.active() || swapped_.active();
   }
 
   /// The master asks for Operation enabled, by what the capture shows.
@@ -40,6 +40,8 @@ class EnableCheck {
   void Drops(const AxisView& now, AxisRecords& out);
   void InFault(const AxisView& now, AxisRecords& out);
   void OnTheWay(const AxisView& now, AxisRecords& out);
+  void Disabled(const AxisView& now, AxisRecords& out);
+  void Swapped(const AxisView& now, AxisRecords& out);
   void FollowSdo(const AxisView& now, AxisRecords& out);
 
   Wish wish_ = Wish::kNone;
@@ -67,6 +69,13 @@ class EnableCheck {
     FrameRef frame;
   };
   std::optional<SdoWord> by_sdo_;
+  // In Switch on disabled.
+  FrameRef shutdown_;          ///< Shutdown is sent since then
+  bool shutdown_due_ = false;  ///< it was sent for longer than a drive needs
+  FrameRef last_wish_;         ///< bit 3 was set there last
+  Lasting disabled_;
+  Lasting swapped_;
+  bool swapped_before_ = false;  ///< 0x0600 or 0x0700 came
 };
 
 }  // namespace ecaudit::progress

@@ -20,11 +20,19 @@ constexpr std::int64_t kShare = 20;
 constexpr std::int64_t kShareOfSlow = 2000;
 constexpr std::int64_t kLeastSlow = 2;
 
+/// In thousandths of the rated torque: less may be friction that is compensated.
+constexpr std::int64_t kLeastTorque = 50;
+
 /// Below, a velocity may be noise in any unit.
 constexpr std::int64_t kLeastVelocity = 10;
 
 constexpr std::int64_t LeastMotion(std::int64_t whole) {
   return std::max(kLeastSlow, Magnitude(whole) / kShareOfSlow);
+}
+
+/// The limit switch (60FDh) that is active where the axis is to go.
+std::uint8_t SwitchAhead(const AxisView& now, std::int64_t way) {
+  return static_cast<std::uint8_t>(now.switches & (way < 0 ? kNegativeSwitch : kPositiveSwitch));
 }
 
 /// Bit 13 of the status word; in the other modes it is reserved or of another meaning.
@@ -76,6 +84,10 @@ void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
     case kVelocityMode:
       Velocity(now, out);
       return;
+    case kProfileTorque:
+    case kCyclicTorque:
+      Torque(now, out);
+      return;
     case kHoming:
       Homing(now, out);
       return;
@@ -114,6 +126,8 @@ void FollowCheck::Homing(const AxisView& now, AxisRecords& out) {
     stood_ = true;
     AxisRecord record = now.Record(AxisFact::kHomingStands, still_.since(), held);
     record.b = moved;
+    record.c = now.zero_limit;
+    record.by_sdo = now.zero_by_sdo;
     out.Add(record);
   }
 }
@@ -123,8 +137,10 @@ void FollowCheck::Bits(const AxisView& now, AxisRecords& out) {
   const bool homing = *mode_ == kHoming;
   const AxisFact fact = homing ? AxisFact::kHomingError : AxisFact::kFollowingError;
   const bool error = (homing || HasFollowingError(*mode_)) && now.Status(kErrorBit);
+  if (error && !error_.active()) error_lead_ = now.lead;
   if (const TimeNs held = error_.Hold(error, now.frame); out.IsDue(fact, error_, held, kErrorNs, now.frame)) {
     AxisRecord record = now.Record(fact, error_.since(), held);
+    record.lead = error_lead_;
     if (now.Target(Quantity::kPosition)) record.a = *now.Target(Quantity::kPosition);
     if (now.Actual(Quantity::kPosition)) record.b = *now.Actual(Quantity::kPosition);
     out.Add(record);
@@ -207,11 +223,44 @@ bool FollowCheck::Report(AxisFact fact, Lasting& lasting, bool holds, TimeNs lim
   AxisRecord record = now.Record(stopped ? AxisFact::kZeroLimit : fact, lasting.since(), held);
   record.quantity = Quantity::kPosition;
   record.c = now.zero_limit;
+  record.by_sdo = now.zero_by_sdo;
   record.a = way.target;
   record.b = way.actual;
   record.limited = now.Status(kLimitBit);
+  record.at_switch = SwitchAhead(now, way.target);
   out.Add(record);
   return true;
+}
+
+/// Without any torque an axis cannot move. An axis that turns freely at its speed limit needs none.
+void FollowCheck::Torque(const AxisView& now, AxisRecords& out) {
+  const auto& target = now.Target(Quantity::kTorque);
+  const auto& actual = now.Actual(Quantity::kTorque);
+  const auto& position = now.Actual(Quantity::kPosition);
+  if (!target || !actual) return;
+  if (approach_.Step(*target, *actual, LeastMotion(*target))) slow_.Reset();
+  const bool halted = *mode_ == kProfileTorque && now.Control(kHaltBit);
+  const bool asked = Magnitude(*target) >= kLeastTorque && !halted;
+  const bool without = asked && Magnitude(*actual) * kShare < Magnitude(*target);
+  if (!slow_.active()) slow_window_ = {};
+  if (without && !slow_window_.from) slow_window_.from = position;
+  const TimeNs held = slow_.Hold(without && position, now.frame);
+  if (slow_window_.from && position && Magnitude(Apart(*slow_window_.from, *position)) >= kLeastTravel) {
+    slow_.Reset();
+    return;
+  }
+  if (!out.IsDue(AxisFact::kStandsStill, slow_, held, kRampNs, now.frame, Quantity::kTorque)) return;
+  AxisRecord record =
+      now.Record(now.zero_limit != 0 ? AxisFact::kZeroLimit : AxisFact::kStandsStill, slow_.since(), held);
+  record.quantity = Quantity::kTorque;
+  record.a = *target;
+  record.b = *actual;
+  record.c = now.zero_limit;
+  record.by_sdo = now.zero_by_sdo;
+  record.limited = now.Status(kLimitBit);
+  record.at_switch = SwitchAhead(now, *target);
+  record.healthy = record.limited && now.zero_limit == 0;
+  out.Add(record);
 }
 
 void FollowCheck::Slow::Step(std::int64_t target, std::int64_t actual, const std::optional<std::int64_t>& position,
@@ -267,6 +316,8 @@ void FollowCheck::Velocity(const AxisView& now, AxisRecords& out) {
     record.a = *target;
     record.b = *actual;
     record.limited = now.Status(kLimitBit);
+    record.by_sdo = now.zero_by_sdo;
+    record.at_switch = SwitchAhead(now, *target);
     return record;
   };
   const TimeNs slow_for = slow_.Hold(slow, now.frame);

@@ -79,6 +79,7 @@ class FollowCheck {
   void Profile(const AxisView& now, AxisRecords& out);
   void Homing(const AxisView& now, AxisRecords& out);
   void Velocity(const AxisView& now, AxisRecords& out);
+  void Torque(const AxisView& now, AxisRecords& out);
   /// Adds `fact` once it has held for `limit`. @return whether it did so in this step
   static bool Report(AxisFact fact, Lasting& lasting, bool holds, TimeNs limit, const Way& way, const AxisView& now,
                      AxisRecords& out);
@@ -95,9 +96,10 @@ class FollowCheck {
   Place slow_from_;  ///< since when the actual value makes less than half of the way
   Lasting error_, still_, wrong_way_, slow_;
   std::int64_t moved_from_ = 0;  ///< profile position: since where the actual value hardly moves
-  Approach approach_;            ///< velocities
+  Approach approach_;            ///< velocities, torques
   Slow slow_window_;             ///< velocities: while slow_ holds
   Steps steps_;                  ///< homing
+  AxisLead error_lead_;          ///< before error_ began
   FrameRef follows_, followed_;
 };
 

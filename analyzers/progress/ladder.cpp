@@ -118,6 +118,13 @@ void Climb(const ProgressModel& model, AnalysisResult& result) {
     AxisLadder& added = slave->axes.emplace_back(AxisLadder{axis, LadderOf(watch, axis, *slave, result)});
     LoseAbove(slave->progress.rungs.front(), added.ladder);
   });
+  model.ForEachMotor([&](SlaveId id, const MotorWatch& watch) {
+    SlaveSummary* const slave = id < by_id.size() ? by_id[id] : nullptr;
+    if (slave == nullptr) return;
+    const auto number = static_cast<std::uint8_t>(slave->axes.size());
+    AxisLadder& added = slave->axes.emplace_back(AxisLadder{number, LadderOf(watch, *slave, result)});
+    LoseAbove(slave->progress.rungs.front(), added.ladder);
+  });
   for (const SlaveSummary& slave : result.slaves) {
     Mark(slave.progress, result);
     for (const AxisLadder& axis : slave.axes) Mark(axis.ladder, result);

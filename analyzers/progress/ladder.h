@@ -20,6 +20,8 @@ void Climb(const ProgressModel& model, AnalysisResult& result);
 [[nodiscard]] Ladder LadderOf(const AxisWatch& axis, std::uint8_t number, const SlaveSummary& slave,
                               const AnalysisResult& result);
 
+[[nodiscard]] Ladder LadderOf(const MotorWatch& motor, const SlaveSummary& slave, const AnalysisResult& result);
+
 /// Which findings may hold a rung.
 struct Holding {
   int axis = -1;      ///< rules about drives: only of this axis; < 0: of any

@@ -68,7 +68,7 @@ ProgressModel::Part& ProgressModel::PartOf(const model::ImagePart& image) {
       parts_.clear();
       recent_ = {};
     }
-    found = parts_.emplace(image.serial, Part{AxisPlaces(image), nullptr, {}, {}, {}}).first;
+    found = parts_.emplace(image.serial, Part{AxisPlaces(image), MotorPlaces(image), nullptr, {}, {}, {}}).first;
   }
   recent = {image.serial, &found->second};
   return found->second;
@@ -84,7 +84,11 @@ void ProgressModel::Take(const model::ImagePart& image, Part& part, ByteSpan dat
   if (part.places.Repeats(data, part.bits) && same_side && same_profile && part.still()) return;
   if (part.watches.empty() || !same_profile) {
     part.watches.clear();
-    part.places.ForEachAxis([&](std::uint8_t axis) { part.watches.push_back(Watch(image.slave, axis)); });
+    part.places.ForEachAxis([&](std::uint8_t axis) {
+      AxisWatch* const watch = Watch(image.slave, axis);
+      if (watch != nullptr && part.places.terminal()) watch->SetTerminal();
+      part.watches.push_back(watch);
+    });
   }
   auto next = part.watches.begin();
   part.places.Read(data, [&](std::uint8_t, const AxisValues& values) {
@@ -98,14 +102,35 @@ void ProgressModel::Take(const model::ImagePart& image, Part& part, ByteSpan dat
   });
 }
 
+void ProgressModel::TakeMotors(const model::ImagePart& image, const Part& part, ByteSpan data, const FrameRef& frame) {
+  // Outputs act in OP only.
+  if (data.empty() || !frame.seen() || SideOf(image.slave).in_op != InOp::kYes) return;
+  MotorWatch* watch = nullptr;
+  for (const MotorPlaces::Place& place : part.motors.places()) {
+    if (watch == nullptr || watch->channel() != place.channel) {
+      if (watch != nullptr) watch->Step(frame);
+      const AxisId id{image.slave, place.channel};
+      if (motors_.size() >= kMostAxes && motors_.find(id) == motors_.end()) return;
+      watch = &motors_.try_emplace(id, place.channel).first->second;
+    }
+    if (std::uint64_t{place.bit} + place.bits > std::uint64_t{data.size()} * 8) continue;
+    const std::uint64_t raw = model::ExtractBits(data, place.bit, place.bits);
+    const std::int64_t value = place.bits > 1 ? SignExtend(raw, place.bits) : static_cast<std::int64_t>(raw);
+    watch->Take(place.role, value, place.by_shape);
+  }
+  if (watch != nullptr) watch->Step(frame);
+}
+
 void ProgressModel::On(const model::ProcessCycle& cycle) {
   if (cycle.part.slave == kNoSlave || cycle.part.places.empty()) return;
   const bool outputs = cycle.part.direction == device::PdoDirection::kRx;
   const bool gave = cycle.exchange == model::Exchange::kYes || cycle.exchange == model::Exchange::kInferred;
   if (!outputs && !gave) return;
   Part& part = PartOf(cycle.part);
+  const FrameRef& frame = outputs && cycle.sent.seen() ? cycle.sent : cycle.frame();
+  if (!part.motors.empty()) TakeMotors(cycle.part, part, cycle.data, frame);
   if (part.places.empty()) return;
-  Take(cycle.part, part, cycle.data, outputs && cycle.sent.seen() ? cycle.sent : cycle.frame());
+  Take(cycle.part, part, cycle.data, frame);
 }
 
 void ProgressModel::On(const mailbox::SdoTransfer& transfer) {
@@ -139,6 +164,9 @@ void ProgressModel::ForgetSlave(SlaveId slave) {
   for (auto it = axes_.lower_bound({slave, 0}); it != axes_.end() && it->first.first == slave; ++it) {
     it->second.Forget();
   }
+  for (auto it = motors_.lower_bound({slave, 0}); it != motors_.end() && it->first.first == slave; ++it) {
+    it->second.Forget();
+  }
 }
 
 void ProgressModel::On(const track::AlRequest& request) {
@@ -161,11 +189,13 @@ void ProgressModel::On(const track::AlRequest& request) {
 void ProgressModel::On(const track::CaptureGap& gap) {
   if (!gap.certain) return;
   for (auto& [id, watch] : axes_) watch.Forget();
+  for (auto& [id, watch] : motors_) watch.Forget();
   for (Slave& slave : slaves_) slave.began = false;
 }
 
 void ProgressModel::On(const track::RunBegan&) {
   for (auto& [id, watch] : axes_) watch.Forget();
+  for (auto& [id, watch] : motors_) watch.Forget();
   for (Slave& slave : slaves_) slave = {};
 }
 

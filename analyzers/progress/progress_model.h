@@ -12,6 +12,7 @@
 
 #include "analyzers/model/bus_model.h"
 #include "analyzers/progress/axis_watch.h"
+#include "analyzers/progress/terminal_watch.h"
 #include "analyzers/wiring/event_bus.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/track/events.h"
@@ -40,6 +41,11 @@ class ProgressModel {
       if (watch.seen()) visit(id.first, id.second, watch);
     }
   }
+  /// Calls `visit(slave, watch)` for each channel of a motor terminal that was seen.
+  template <class Visit>
+  void ForEachMotor(Visit visit) const {
+    for (const auto& [id, watch] : motors_) visit(id.first, watch);
+  }
   /// Null where nothing of it was seen.
   [[nodiscard]] const AxisWatch* axis(SlaveId slave, std::uint8_t axis) const;
 
@@ -54,6 +60,7 @@ class ProgressModel {
   /// One part of the process image that holds words of axes.
   struct Part {
     AxisPlaces places;
+    MotorPlaces motors;
     const device::DeviceDescription* profile = nullptr;  ///< as `watches` were looked up
     std::vector<AxisWatch*>
         watches;  ///< of its axes, in the order of `places`; null: none. Empty before the first data
@@ -65,6 +72,7 @@ class ProgressModel {
     }
   };
 
+  void TakeMotors(const model::ImagePart& image, const Part& part, ByteSpan data, const FrameRef& frame);
   void Take(const model::ImagePart& image, Part& part, ByteSpan data, const FrameRef& frame);
   [[nodiscard]] Part& PartOf(const model::ImagePart& image);
   [[nodiscard]] SlaveSide SideOf(SlaveId slave) const;
@@ -74,6 +82,7 @@ class ProgressModel {
 
   const model::BusModel& model_;
   std::map<AxisId, AxisWatch> axes_;
+  std::map<AxisId, MotorWatch> motors_;  ///< by channel
   std::vector<Slave> slaves_;            ///< by id
   std::map<std::uint64_t, Part> parts_;  ///< by serial; those without words of axes stay, too
   /// The newest of them: most parts are needed in each cycle.

@@ -24,6 +24,7 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
   const bool enabled = now.enabled() && now.in_op != InOp::kNo;
   const bool begins = enabled && (!enabled_ || now.mode() != mode_) && now.state_before.has_value();
   const bool cyclic = now.mode() == kCyclicPosition;
+  const bool new_mode = begins && enabled_;
   enabled_ = enabled;
   mode_ = now.mode();
   const auto& target = now.Target(Quantity::kPosition);
@@ -40,6 +41,8 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
     if (Magnitude(distance) >= kLeastJump) {
       jump_ = Jump{now.Record(AxisFact::kJumpAtEnable, now.frame), distance, *target, *actual, *target, 0};
       jump_->record.quantity = Quantity::kPosition;
+      jump_->record.new_mode = new_mode;
+      jump_->record.lead = now.lead;
     }
   }
   AtEnable(now, out);
@@ -121,6 +124,7 @@ void SetpointCheck::InOperation(const AxisView& now, AxisRecords& out) {
     if (!to_actual && step >= kLeastJump && step >= kTimesStep * std::max<std::int64_t>(usual, 1)) {
       outlier_ = now.Record(AxisFact::kJumpInOperation, now.frame);
       outlier_->quantity = Quantity::kPosition;
+      outlier_->lead = now.lead;
       outlier_->a = *last_target_;
       outlier_->b = *target;
       outlier_->c = usual;

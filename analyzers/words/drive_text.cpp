@@ -4,6 +4,7 @@
 #include <map>
 
 #include "analyzers/objects/relatives.h"
+#include "analyzers/words/drive_error_codes.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit {
@@ -166,9 +167,11 @@ std::string FaultText(const device::DeviceDescription& family, const model::Driv
   }
   text += Hex(event.code);
   const events::EmergencyInfo info = events::FindEmergency(&family, static_cast<std::uint16_t>(event.code));
+  const bool of_class = info.code != nullptr && info.code->code != info.code->last_code;
+  const std::string_view standard = DriveErrorText(static_cast<std::uint16_t>(event.code));
+  if ((info.code == nullptr || of_class) && !standard.empty()) return text + " " + std::string(standard);
   if (info.code != nullptr) {
     const std::string words = CodeWords(*info.code);
-    const bool of_class = info.code->code != info.code->last_code;
     if (!words.empty()) text += of_class ? " (class " + words + ")" : " " + words;
     if (info.inferred) text += kByRelative;
   }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "analyzers/words/drive_error_codes.h"
 #include "cli/lookup/meanings.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"

@@ -37,8 +37,6 @@ void AddStatements(const Families& families, Meaning& meaning, StatementOf state
 void AddAlStatusCode(std::uint16_t code, const Families& families, std::vector<Meaning>& out);
 /// What leads to the code, as far as the standard and the usual devices have it; empty where nothing is usual.
 [[nodiscard]] std::string_view UsualCauses(std::uint16_t al_status_code);
-/// CiA 402: what a drive reports in 603Fh and in its emergencies; empty where the profile has no such code.
-[[nodiscard]] std::string_view DriveErrorText(std::uint16_t code);
 /// "6041h=0x1237": the bits and what they come to.
 void AddValue(std::uint16_t index, std::uint64_t value, const Families& families, std::vector<Meaning>& out);
 void AddAlState(std::string_view name, const Families& families, std::vector<Meaning>& out);

@@ -26,6 +26,7 @@ constexpr auto kDocuments = std::to_array<SourceDocument>({
     {"ETG2000", "ETG.2000, EtherCAT slave information (ESI)"},
     {"ETG2010", "ETG.2010, EtherCAT slave information interface (EEPROM)"},
     {"ETG2100", "ETG.2100, EtherCAT network information (ENI)"},
+    {"ETG5001", "ETG.5001, modular device profile"},
     {"ETHERCRAB", "ethercrab, EtherCAT master in Rust, with captures of real hardware"},
     {"IGH", "IgH EtherCAT master (EtherLab)"},
     {"KICKCAT", "KickCAT, EtherCAT master and slave stack"},

@@ -23,7 +23,8 @@ constexpr FindingKind kRefused{
     .name = "refused",
     .title =
         R"([{?reason}{requested} refused with {al_status_code:number}: [{?reason_inferred}maybe
-]{reason}[ in slot {slot}][ ({reason_value})]][{!reason}{requested} refused[ in {state_before}][ with AL status code {al_status_code}]])",
+]{reason}[ in slot {slot}][ ({reason_value})]][{!reason}{requested} refused[ in {state_before}][ with AL status code
+{al_status_code}]])",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. From {frame} on AL Status is {al_status:number} ({al_status}).[ The AL status code (0x0134) is
 {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the slave

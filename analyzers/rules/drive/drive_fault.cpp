@@ -4,11 +4,13 @@
 #include <utility>
 #include <vector>
 
+#include "analyzers/judge/axis_lead.h"
 #include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/progress/progress_model.h"
 #include "analyzers/words/drive_text.h"
 
 namespace ecaudit::drive_fault {
@@ -41,7 +43,7 @@ capture does not hold the reason of the drive: no emergency message[, and no rea
 constexpr const FindingKind* kKinds[] = {&kFault, &kAlreadyInFault};
 
 constexpr NoteKind kReported{.name = "reported", .text = "The drive reports {fault} ({at})."};
-constexpr const NoteKind* kNotes[] = {&kReported};
+constexpr const NoteKind* kNotes[] = {&kReported, &kLeadNote};
 
 // The emergency names the reason.
 constexpr std::string_view kAfter[] = {"emcy-received"};
@@ -69,6 +71,8 @@ A change from a state that is none of the two. Fault reaction active followed by
 
 - Reasons are an emergency message from one second before the fault until the drive leaves it, and the error code 603Fh,
   the error history 1003h:1 and the family's fault list read while it lasts. The same reason again counts as repetition.
+- Process data show what the drive received up to 50 ms before: control word, status word, mode, set point and actual
+  value are in a note.
 - caused_by names the finding of the emergency. If the drive gave no reason, it names the lost synchronisation or the
   pause of the process data just before.
 - A drive that is in a fault when its status word is first seen is one as well. A word of 0 before it is the content of
@@ -164,6 +168,9 @@ class DriveFault final : public Rule {
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
     DescribeState(finding, open, left);
     DescribeReasons(finding, open, family);
+    const progress::AxisWatch* const axis_watch = context().progress().axis(slave, e.axis);
+    const progress::AxisLead* const lead = axis_watch != nullptr ? axis_watch->LeadToFault(e.frame.number) : nullptr;
+    if (lead != nullptr) AddLead(finding, *lead, family, e.axis);
     finding.reference = ReferenceTo(family.drive->source);
     NameAxis(finding, e.axis);
     finding.until = left != 0 ? left : Finding::kCaptureEnds;

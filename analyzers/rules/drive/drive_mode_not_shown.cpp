@@ -20,11 +20,16 @@ namespace {
 
 constexpr FindingKind kNotShown{
     .name = "not-shown",
-    .title = "Mode {mode} selected, but the drive shows mode {mode_shown}",
+    .title =
+        "[{?absent}Mode {mode} is not in 6502h, and 6061h shows {mode_shown}]"
+        "[{!absent}Mode {mode} selected, but the drive shows mode {mode_shown}]",
     .message = R"({object} selects mode {mode} in {request_frame} ({way}). {display} shows {mode_shown} up to {frame},
 {waited_ns} after [{?written}the write][{!written}{since_frame}, from which on the drive has to follow] (limit {limit_ms}).
-Until {display} shows the new mode, the drive takes set points for the old one.)",
-    .next = "Read 6502h to check whether the drive has the mode, and whether it accepts a new mode in its state.",
+Until {display} shows the new mode, the drive takes set points for the old one.[ By 6502h ({absent}) the drive does
+not have this mode.])",
+    .next =
+        "[{?absent}Select a mode that 6502h lists.][{!absent}Read 6502h to check whether the drive has the mode, and "
+        "whether it accepts a new mode in its state.]",
     .identity = "mode mode_shown"};
 constexpr const FindingKind* kKinds[] = {&kNotShown};
 
@@ -54,6 +59,7 @@ The drive accepted a value other than 0 in 6060h, and 6061h does not show it wit
 - In the process data 6060h counts in OP only, and the time starts when the slave reaches OP.
 - By SDO the time starts with the download, and the master has to read 6061h after the limit.
 - Two values that differ from the first frame on count like a change.
+- 6502h, where the master read it, shows whether the drive has the mode at all.
 - If the mode is not in the family's list, caused_by names drive-unsupported-mode.
 
 ## Example
@@ -176,6 +182,8 @@ class DriveModeNotShown final : public Rule {
     }
   }
 
+  static constexpr std::uint16_t kSupportedModes = 0x6502;
+
   static bool Differ(const Slave& slave) {
     return slave.requested && !slave.of_run_before && slave.shown && slave.requested->value != 0 &&
            slave.requested->value != slave.shown->value;
@@ -228,6 +236,13 @@ class DriveModeNotShown final : public Rule {
         .Set("since_frame", arg::Frame(since.number))
         .Set("written", arg::Flag(since.number == requested.frame.number));
     AddRelated(finding, requested.frame.number);
+    const model::ObjectValue* const listed =
+        context().slave(id).objects.Find(model::ObjectOfAxis(kSupportedModes, axis), 0);
+    if (listed != nullptr && requested.value > 0 && requested.value <= 32 &&
+        (listed->raw >> static_cast<unsigned>(requested.value - 1) & 1U) == 0) {
+      finding.Set("absent", arg::Frame(listed->since));
+      AddRelated(finding, listed->since);
+    }
     NameAxis(finding, axis);
     if (const FindingIndex index = Report(key, std::move(finding)); index != kNoFinding) {
       reported_.push_back({index, requested.frame.number});

@@ -92,13 +92,16 @@ constexpr FindingKind kQuickStopStays{
 
 constexpr FindingKind kNotReady{
     .name = "not-ready",
-    .title = "Not ready to switch on[{?solved} for {lasted_ms}]: the drive accepts no enable word",
+    .title =
+        "Not ready to switch on[{?solved} for {lasted_ms}][{?local}: local control (status bit 9 = 0)]"
+        "[{!local}: the drive accepts no enable word]",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state}
-(status word {status_word}, {shown_frame}) and accepts no command there.)",
+(status word {status_word}, {shown_frame}) and accepts no command there.[{?local} Bit 9 (remote) is 0: the drive does
+not act on the control word of the bus.])",
     .next =
-        "Wait until the drive has come up. Check its logic supply, and whether the status word is mapped where it is "
-        "read.",
+        "[{?local}Select the fieldbus as the command source of the drive. ]Wait until the drive has come up. Check its "
+        "logic supply, and whether the status word is mapped where it is read.",
     .identity = ""};
 
 constexpr FindingKind kNotInOp{
@@ -132,6 +135,30 @@ and bit 9 (remote) of its status word {status_word} is 0 ({shown_frame}): it doe
     .next = "Give the control to the fieldbus: close the commissioning software, and check the command source.",
     .identity = "state"};
 
+constexpr FindingKind kStaysDisabled{
+    .name = "stays-disabled",
+    .title =
+        "[{?solved}The drive stays in Switch on disabled for {lasted_ms} of enable words]"
+        "[{!solved}Shutdown (0x0006) does not take the drive out of Switch on disabled][: {reason}]",
+    .message =
+        R"(The master sends Shutdown (0x0006) and the words after it. From {frame} on, for {lasted_ms}, the drive stays
+in {state} (status word {status_word}, control word {control_word}, {shown_frame}).[{?no_voltage} Bit 4 (voltage
+enabled) is 0.][{?local} Bit 9 (remote) is 0.][ The drive reports {reason}.])",
+    .next =
+        "[{?local}Give the control to the fieldbus. ]Check safe torque off (STO), the hardware enable input and the "
+        "power supply of the motor, and read 603Fh.",
+    .identity = ""};
+
+constexpr FindingKind kSwapped{
+    .name = "bytes-swapped",
+    .title = "The bytes of control word {control_word} are swapped: 0x000f is meant",
+    .message =
+        R"(From {frame} on, for {lasted_ms}, the control word is {control_word}, and 0x0600 or 0x0700 came before it.
+Its low byte, with the bits that enable the drive, is 0. The drive shows {state} (status word {status_word},
+{shown_frame}).)",
+    .next = "Write the control word with its low byte first, at the offset where 6040h is mapped.",
+    .identity = ""};
+
 constexpr FindingKind kHasty{
     .name = "hasty",
     .title = "Enable word taken back {times} before the drive follows",
@@ -153,9 +180,10 @@ control word (last {control_word}) asks for no such step: bits 1 and 2 are 1. Th
         "Switch on.",
     .identity = ""};
 
-constexpr const FindingKind* kKinds[] = {
-    &kBitMissing, &kResetStands, &kResetMissing, &kFaultStays, &kShutdownMissing, &kNoVoltage, &kQuickStopStays,
-    &kNotReady,   &kNotInOp,     &kOverwritten,  &kLocal,      &kHasty,           &kDropsBack};
+constexpr const FindingKind* kKinds[] = {&kBitMissing,      &kResetStands, &kResetMissing,   &kFaultStays,
+                                         &kShutdownMissing, &kNoVoltage,   &kQuickStopStays, &kNotReady,
+                                         &kNotInOp,         &kOverwritten, &kLocal,          &kHasty,
+                                         &kStaysDisabled,   &kSwapped,     &kDropsBack};
 
 constexpr NoteKind kEnabledLater{.name = "enabled-later", .text = "The drive shows Operation enabled in {frame}."};
 constexpr const NoteKind* kNotes[] = {&kEnabledLater};
@@ -178,7 +206,8 @@ Whether an axis reaches Operation enabled when the master asks for it, and what 
 - the voltage
 - OP
 - control over the bus (bit 9 of the status word), and a master that waits for the drive
-- a drive that goes back to Switch on disabled by itself, three times or more
+- a drive that goes back to Switch on disabled by itself, three times or more, or stays in it in spite of Shutdown
+- the bytes of the control word in the wrong order
 - an SDO write of the control word that process data overwrite
 
 ## Why it matters
@@ -188,7 +217,7 @@ The axis does not move. Each step of the master may be legal all the same.
 Bit 3 of the control word asks for Operation enabled if it rises while the drive is not enabled, or if it is set
 when the slave comes to OP. A quick stop of an enabled drive is no such request, and neither is 0x0006. What no
 drive can follow (a bit that is 0) counts after 200 ms, a missing edge or Shutdown after 500 ms, what a drive may be
-slow in after 1 s. Attempts that the master gives up are added.
+slow in after 1 s. Attempts that the master gives up are added. A Shutdown of at least 50 ms counts as sent.
 
 If a fault was already active when first seen, and bit 7 stays 1, this finding is the cause of drive-fault: the fault
 lasts because of it.
@@ -216,6 +245,8 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kOverwrittenControl, &kOverwritten},
     AxisRule::Row{progress::AxisFact::kLocalControl, &kLocal},
     AxisRule::Row{progress::AxisFact::kHasty, &kHasty},
+    AxisRule::Row{progress::AxisFact::kStaysDisabled, &kStaysDisabled},
+    AxisRule::Row{progress::AxisFact::kBytesSwapped, &kSwapped},
     AxisRule::Row{progress::AxisFact::kDropsBack, &kDropsBack},
 };
 
@@ -243,6 +274,13 @@ class DriveNotEnabled final : public AxisRule {
         finding.Set("bits", arg::Text(bits)).Set("bit_count", arg::Number(static_cast<std::int64_t>(count)));
         return;
       }
+      case progress::AxisFact::kNotReady:
+      case progress::AxisFact::kStaysDisabled:
+        // 0 may mean that no inputs were valid yet.
+        if (record.status.value_or(0) == 0) return;
+        if ((*record.status >> progress::kRemoteBit & 1U) == 0) finding.Set("local", arg::Flag());
+        if ((*record.status >> progress::kVoltageBit & 1U) == 0) finding.Set("no_voltage", arg::Flag());
+        return;
       case progress::AxisFact::kFaultStays:
         finding.Set("resets", arg::Count(static_cast<std::uint64_t>(record.a), "reset"));
         return;

@@ -1,6 +1,9 @@
 #include <array>
 
+#include "analyzers/judge/axis_lead.h"
 #include "analyzers/judge/axis_rule.h"
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/sync/sync_model.h"
 
 namespace ecaudit::drive_not_following {
 namespace {
@@ -29,16 +32,21 @@ constexpr FindingKind kStandsStill{
     .name = "stands-still",
     .title =
         R"([{?solved_frame}The axis follows its {quantity} set point only after {lasted_ms}][{!solved_frame}[{?halted}Halt
-(bit 8) is 1 while the][{!halted}The axis stands still while its] {quantity} set point asks for motion])",
+(bit 8) is 1 while the {quantity} set point asks for motion][{!halted}[{?switch}The {switch} limit switch (60FDh) is
+active: the axis stands still][{!switch}[{?sync_meant}SYNC0 is off, and the axis does not follow its {quantity} set
+point][{!sync_meant}The axis stands still while its {quantity} set point asks for motion]]]])",
     .message =
         R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual
-value {actual_value}][{!velocity}target position goes by {set_point} and the position actual value by {actual_value}]
-({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit 11 shows that an
-internal limit is active.][ The axis followed the same set point from {solved_frame} on.])",
+value {actual_value}][{?torque}target torque is {set_point} and the torque actual value {actual_value}][{?position}target
+position goes by {set_point} and the position actual value by {actual_value}] ({shown_frame}). The drive shows {state}
+(status word {status_word}), mode {mode}.[{?limited} Bit 11 shows that an internal limit is active.][ Bit {switch_bit} of
+60FDh shows that the {switch} limit switch is active.][ The axis followed the same set point from {solved_frame} on.])",
     .next =
         R"([{?solved_frame}Check the release of brake and drive, if this delay is not intended.][{!solved_frame}[{?halted}Clear
-bit 8 of the control word ({control_word}).][{!halted}Check brake, torque limit (6072h) and [{?velocity}halt (bit
-8)][{!velocity}limit switches], whether the drive uses this set point in its mode, and scaling.]])",
+bit 8 of the control word ({control_word}).][{!halted}[{?switch}Move the axis off the {switch} limit switch in the
+other direction, or check its wiring and polarity.][{!switch}Check brake, torque limit (6072h) and [{?velocity}halt (bit
+8)][{!velocity}limit switches], whether the drive uses this set point in its mode, and scaling.][{?sync_off} Switch SYNC0
+on (0x0981) if the drive follows cyclic set points only with it.]]])",
     .identity = "quantity"};
 
 constexpr FindingKind kLags{
@@ -66,12 +74,15 @@ internal limit is active.])",
 
 constexpr FindingKind kZeroLimit{
     .name = "limit-zero",
-    .title = "{limit:number} is 0 in the process data: the axis stands still",
+    .title = "{limit:number} is 0[{!by_sdo} in the process data]: the axis stands still",
     .message =
         R"(From {frame} on, for {lasted_ms}, the {quantity} set point is not followed: it is or goes by {set_point}, the
-actual value {actual_value} ({shown_frame}). The master sends {limit} = 0 in the process data, and a drive with this
-limit at 0 does not move. The drive shows {state} (status word {status_word}), mode {mode}.)",
-    .next = "Send a value for {limit:number} in each cycle, or take it out of the PDO mapping.",
+actual value {actual_value} ({shown_frame}). [{?by_sdo}By SDO, {limit} is 0][{!by_sdo}The master sends {limit} = 0 in the
+process data], and a drive with this limit at 0 does not move. The drive shows {state} (status word {status_word}), mode
+{mode}.)",
+    .next =
+        "[{?by_sdo}Write a value to {limit:number} before the drive is enabled.]"
+        "[{!by_sdo}Send a value for {limit:number} in each cycle, or take it out of the PDO mapping.]",
     .identity = "limit"};
 
 constexpr FindingKind kOtherScale{
@@ -89,19 +100,21 @@ constexpr FindingKind kHomingStands{
     .name = "homing-stands-still",
     .title =
         "[{?solved_frame}Homing took more than {lasted_ms} without a visible motion]"
-        "[{!solved_frame}Homing is started (bit 4), but the axis does not move]",
+        "[{!solved_frame}[{limit:number} is 0: homing][{!limit}Homing] is started (bit 4), but the axis does not move]",
     .message =
         R"(Bit 4 of the control word ({control_word}) starts homing in {frame}. For {lasted_ms} the position actual
 value changes by no more than {travel} ({shown_frame}). The status word {status_word} shows neither homing attained
 (bit 12) nor an error (bit 13).[ In {solved_frame} bit 12 shows that homing is attained.])",
     .next =
         R"([{?solved_frame}Check the speeds (6099h) and the release of the brake, if this delay is not
-intended.][{!solved_frame}Check the homing method (6098h), the speeds (6099h) and the acceleration (609Ah): a speed of 0
-does not move.])",
+intended.][{!solved_frame}[Write a value to {limit:number}. ]Check the homing method (6098h), the speeds (6099h) and the
+acceleration (609Ah): a speed of 0 does not move.])",
     .identity = ""};
 
 constexpr const FindingKind* kKinds[] = {&kFollowingError, &kHomingError, &kStandsStill, &kLags,
                                          &kWrongWay,       &kZeroLimit,   &kOtherScale,  &kHomingStands};
+
+constexpr const NoteKind* kNotes[] = {&kLeadNote};
 
 constexpr RuleInfo kInfo{.id = "drive-not-following",
                          .group = "Drive profile (DS402)",
@@ -110,6 +123,7 @@ constexpr RuleInfo kInfo{.id = "drive-not-following",
                          .needs = "status word, mode, set point and actual value in the process data; time stamps",
                          .source = "CIA402, status word and modes of operation",
                          .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
 Whether an enabled axis follows its set point: following error and homing error (bit 13 of the status word), and the
@@ -126,6 +140,10 @@ The drive is enabled and commanded, and the axis is not where the master thinks 
 - Profile position: after the start the axis makes less than a twentieth of the way and does not move for 1 s.
 - A velocity of which the drive shows less than a twentieth, or the other sign, and which does not come nearer to its
   target for 1 s. A ramp comes nearer. 60FFh is compared with 606Ch, 6042h with 6044h.
+- A target torque of at least 50 of which the drive shows less than a twentieth for 1 s, while the position does not
+  move.
+- A limit that is 0, in the process data or by SDO, is named as the cause: 6072h, 60E0h, 60E1h, 607Fh, 6080h, 6081h,
+  6083h, in homing 6098h, 6099h:1 and 609Ah. So is a limit switch that 60FDh shows where the axis is to go.
 - Halt in a profile mode is no violation, and neither are bits 4 to 6 in velocity mode (2) if they are not all 1.
 - An axis whose position moves does not stand still, whatever its velocity shows. If the position is not in the
   capture, a steady velocity other than 0 is an inferred info, and so is one that always has the sign of its target:
@@ -157,6 +175,9 @@ constexpr std::array kRows{
 
 constexpr Word kPosition{"position", "position"};
 constexpr Word kVelocity{"velocity", "velocity"};
+constexpr Word kTorque{"torque", "torque"};
+constexpr Word kPositive{"positive", "positive"};
+constexpr Word kNegative{"negative", "negative"};
 
 class DriveNotFollowing final : public AxisRule {
  public:
@@ -177,12 +198,20 @@ class DriveNotFollowing final : public AxisRule {
     }
     if (record.fact == progress::AxisFact::kHomingStands) {
       finding.Set("travel", arg::Number(progress::Magnitude(record.b)));
+      if (record.c != 0) finding.Set("limit", ObjectOf(record.c));
       return;
     }
     if (record.control && (*record.control >> progress::kHaltBit & 1U) != 0) finding.Set("halted", arg::Flag());
     const bool velocity = record.quantity == progress::Quantity::kVelocity;
-    finding.Set("quantity", arg::Of(velocity ? kVelocity : kPosition));
-    if (velocity) finding.Set("velocity", arg::Flag());
+    const bool torque = record.quantity == progress::Quantity::kTorque;
+    finding.Set("quantity", arg::Of(velocity ? kVelocity : torque ? kTorque : kPosition));
+    finding.Set(velocity ? "velocity" : torque ? "torque" : "position", arg::Flag());
+    if (record.at_switch != 0) {
+      const bool positive = record.at_switch == progress::kPositiveSwitch;
+      finding.Set("switch", arg::Of(positive ? kPositive : kNegative)).Set("switch_bit", arg::Number(positive ? 1 : 0));
+    }
+    if (record.by_sdo) finding.Set("by_sdo", arg::Flag());
+    NameSync(finding, record);
     if (record.fact == progress::AxisFact::kZeroLimit) finding.Set("limit", ObjectOf(record.c));
     if (record.fact == progress::AxisFact::kOtherScale) {
       const bool speed = record.mode && progress::QuantityOf(*record.mode) == progress::Quantity::kSpeed;
@@ -190,6 +219,15 @@ class DriveNotFollowing final : public AxisRule {
       if (!unit.empty()) finding.Set("unit", arg::Text(unit));
     }
     finding.Set("set_point", arg::Number(record.a)).Set("actual_value", arg::Number(record.b));
+  }
+
+  /// Some drives follow the set points of the cyclic modes only with SYNC0.
+  void NameSync(Finding& finding, const progress::AxisRecord& record) const {
+    if (record.fact != progress::AxisFact::kStandsStill || record.mode.value_or(0) < progress::kInterpolated) return;
+    const sync::DcUnit& unit = context().sync().dc(finding.slave);
+    if (!unit.activation() || unit.activation()->active()) return;
+    finding.Set("sync_off", arg::Flag());
+    if (unit.cycle_configured().seen()) finding.Set("sync_meant", arg::Flag());
   }
 
   [[nodiscard]] std::optional<Reason> Unevaluated(const progress::AxisWatch& axis) const override {

@@ -1,5 +1,6 @@
 #include <array>
 
+#include "analyzers/judge/axis_lead.h"
 #include "analyzers/judge/axis_rule.h"
 
 namespace ecaudit::drive_setpoint_jump {
@@ -7,16 +8,16 @@ namespace {
 
 constexpr FindingKind kAtEnable{
     .name = "jump-at-enable",
-    .title = "Enabled with target position {target}, actual value {actual}",
+    .title = "[{?new_mode}Mode change][{!new_mode}Enabled] with target position {target}, actual value {actual}",
     .message =
-        R"(When the drive is enabled ({frame}) the target position (607Ah) is {target} and the position actual value
+        R"(When the [{?new_mode}mode changes][{!new_mode}drive is enabled] ({frame}) the target position (607Ah) is {target} and the position actual value
 (6064h) is {actual}. After that the target [{?constant}does not change][{!constant}changes by at most
 {step} in a cycle].[{?fault} The drive shows status
 word {status_word} in {shown_frame}.][{!fault} The axis runs to the target: up to {shown_frame} it makes a fifth
 of the way.] In {mode} the target has to start at the actual value.)",
     .next =
-        "Copy the position actual value (6064h) into the target position (607Ah) in each cycle until Operation enabled "
-        "is shown.",
+        "Copy the position actual value (6064h) into the target position (607Ah) in each cycle until "
+        "[{?new_mode}6061h shows the new mode][{!new_mode}Operation enabled is shown].",
     .identity = ""};
 
 constexpr FindingKind kJump{
@@ -54,6 +55,8 @@ the capture.])",
 
 constexpr const FindingKind* kKinds[] = {&kAtEnable, &kJump, &kEcho, &kOutside};
 
+constexpr const NoteKind* kNotes[] = {&kLeadNote};
+
 constexpr RuleInfo kInfo{.id = "drive-setpoint-jump",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kWarning,
@@ -61,9 +64,11 @@ constexpr RuleInfo kInfo{.id = "drive-setpoint-jump",
                          .needs = "607Ah and 6064h in the process data, cyclic synchronous position, time stamps",
                          .source = "CIA402, cyclic synchronous position",
                          .kinds = kKinds,
+                         .notes = kNotes,
                          .doc = R"(
 ## What it checks
-In cyclic synchronous position: whether the target position (607Ah) starts at the position actual value (6064h),
+In cyclic synchronous position: whether the target position (607Ah) starts at the position actual value (6064h), when
+the drive is enabled or this mode begins,
 does not jump, is no echo of the actual value, and lies inside the software limits (607Dh).
 
 ## Why it matters
@@ -104,6 +109,7 @@ class DriveSetpointJump final : public AxisRule {
       case progress::AxisFact::kJumpAtEnable:
         finding.Set("target", arg::Number(record.a)).Set("actual", arg::Number(record.b));
         finding.Set("step", arg::Number(record.c)).Set("constant", arg::Flag(record.c == 0));
+        if (record.new_mode) finding.Set("new_mode", arg::Flag());
         return;
       case progress::AxisFact::kJumpInOperation:
         finding.Set("from", arg::Number(record.a)).Set("target", arg::Number(record.b));

@@ -10,6 +10,7 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/objects/relatives.h"
+#include "analyzers/words/drive_error_codes.h"
 #include "decoder/base/text.h"
 #include "decoder/mailbox/events.h"
 
@@ -133,7 +134,11 @@ class EmcyReceived final : public Rule {
     Finding finding = Found(severity == Severity::kInfo ? kErrorFree : kEmergency, e.slave, e.frame);
     finding.confidence = known.inferred ? Confidence::kInferred : Confidence::kObserved;
     finding.Set("error_code", arg::Code(e.data.error_code));
-    if (known.code != nullptr) {
+    const bool is_drive = context().slave(e.slave).drives.seen();
+    const std::string_view standard = is_drive && !exact ? DriveErrorText(e.data.error_code) : std::string_view();
+    if (!standard.empty()) {
+      finding.Set("meaning", arg::Text(standard));
+    } else if (known.code != nullptr) {
       if (!known.code->id.empty()) finding.Set("id", arg::Text(known.code->id));
       finding.Set("meaning", arg::Text(known.code->text)).Set("of_class", arg::Flag(!exact));
       if (known.code->text.size() > kTitleBytes) {

@@ -1,18 +1,18 @@
 /// Error codes that CiA 402 (IEC 61800-7-201) gives drives, one by one. Families have their own beside them.
+#include "analyzers/words/drive_error_codes.h"
+
 #include <algorithm>
 #include <array>
 
-#include "cli/lookup/meanings.h"
-
-namespace ecaudit::cli::lookup {
+namespace ecaudit {
 namespace {
 
-struct Row {
+struct ErrorRow {
   std::uint16_t code;
   std::string_view text;
 };
 
-constexpr auto kRows = std::to_array<Row>({
+constexpr auto kErrorRows = std::to_array<ErrorRow>({
     {0x2110, "input: short circuit or earth leakage"},
     {0x2120, "input: earth leakage"},
     {0x2121, "input: earth leakage, phase L1"},
@@ -158,14 +158,15 @@ constexpr auto kRows = std::to_array<Row>({
     {0xF003, "stroke"},
     {0xF004, "control"},
 });
-static_assert(std::is_sorted(kRows.begin(), kRows.end(), [](const Row& a, const Row& b) { return a.code < b.code; }));
+static_assert(std::is_sorted(kErrorRows.begin(), kErrorRows.end(),
+                             [](const ErrorRow& a, const ErrorRow& b) { return a.code < b.code; }));
 
 }  // namespace
 
 std::string_view DriveErrorText(std::uint16_t code) {
-  const auto row = std::lower_bound(kRows.begin(), kRows.end(), code,
-                                    [](const Row& entry, std::uint16_t wanted) { return entry.code < wanted; });
-  return row == kRows.end() || row->code != code ? std::string_view() : row->text;
+  const auto row = std::lower_bound(kErrorRows.begin(), kErrorRows.end(), code,
+                                    [](const ErrorRow& entry, std::uint16_t wanted) { return entry.code < wanted; });
+  return row == kErrorRows.end() || row->code != code ? std::string_view() : row->text;
 }
 
-}  // namespace ecaudit::cli::lookup
+}  // namespace ecaudit
