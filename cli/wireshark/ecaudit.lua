@@ -330,11 +330,10 @@ local function ApplyRow(section, frame, text, first, last)
   local state = section.state
   place = string.find(text, "\t", place + 1, true)
   while place and place < last do
-    local column, from = string.match(text, "^(%d+)=()", place + 1)
-    local tab = string.find(text, "\t", place + 1, true)
-    if tab and tab > last then tab = nil end
-    if column then state[tonumber(column)] = string.sub(text, from, tab and tab - 1 or last) end
-    place = tab
+    local _, finish, column, value = string.find(text, "^\t(%d+)=([^\t\n]*)", place)
+    if not column then return end
+    state[tonumber(column)] = value
+    place = finish + 1
   end
 end
 
@@ -481,6 +480,7 @@ local function FindWanted(tree)
     end
   end
   Group("states", "al_state", "al_slave", "al_since", "al_code", "al_summary", "al_changed")
+  Group("each_state", "al_state", "al_slave", "al_since", "al_code", "al_changed")
   Group("events", "event", "event_type", "event_slave", "sdo", "sdo_slave", "sdo_service", "sdo_index", "sdo_subindex",
         "sdo_value", "sdo_abort", "sdo_request", "sdo_response", "sdo_duration")
   Group("clocks", "dc_phase", "dc_slave")
@@ -553,6 +553,7 @@ local function AddStates(tree, pinfo)
   end
   section.summary = section.summary or Summary(section)
   local all = Add(tree, f.al_summary, section.summary)
+  if not wanted.each_state then return end
   for _, slave in ipairs(section.state) do
     local state = section.state["=" .. slave]
     local item = Add(all, f.al_state, state[1])
@@ -659,10 +660,10 @@ local function ShowStale(tree, pinfo)
   if pinfo.number == 1 then item:add_proto_expert_info(stale_expert, text) end
 end
 
-local function Show(tvb, pinfo, tree)
+local function Show(tvb, pinfo, tree, number)
   if not begun then
     -- Every capture begins with frame 1.
-    if pinfo.number ~= 1 then return end
+    if number ~= 1 then return end
     begun = true
     first_frame = { length = pinfo.len, time = tonumber(pinfo.abs_ts) or 0 }
     others = Candidates(first_frame.time, first_frame.length)
@@ -677,12 +678,11 @@ local function Show(tvb, pinfo, tree)
     if why_stale then ShowStale(tree, pinfo) end
     return
   end
-  if not wanted or pinfo.visited or tree.visible ~= wanted.all or pinfo.number ~= looked + 1 or
-      pinfo.number % RECHECK == 0 then
+  if not wanted or number ~= looked + 1 or number % RECHECK == 0 or tree.visible ~= wanted.all then
     wanted = FindWanted(tree)
   end
-  looked = pinfo.number
-  local marked = side.marks[pinfo.number]
+  looked = number
+  local marked = side.marks[number]
   if not wanted.any and not marked then return end
   local top = wanted.all and tree:add(proto, "ecaudit analysis") or tree
   if marked then AddFindings(top, pinfo) end
@@ -697,7 +697,14 @@ function proto.init()
 end
 
 function proto.dissector(tvb, pinfo, tree)
-  local fine, why = pcall(Show, tvb, pinfo, tree)
+  local number = pinfo.number
+  -- Most frames while a capture is read: nothing refers to a field, and the frame before was alike.
+  if wanted and side and not wanted.any and number == looked + 1 and number % RECHECK ~= 0 and
+      not side.marks[number] and not side.checks[number] and number <= side.packets and not tree.visible then
+    looked = number
+    return
+  end
+  local fine, why = pcall(Show, tvb, pinfo, tree, number)
   if fine then return end
   -- A side file that leads here is damaged: it is left alone from now on.
   if side then GiveUp("it is damaged") end
