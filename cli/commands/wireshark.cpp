@@ -22,7 +22,7 @@ class WiresharkCommand : public Command {
         "of drives, AL states, SDO transfers with both their frames, the phase of the clocks, and findings as expert\n"
         "information. Filters: ecaudit.finding, ecaudit.al.state, ecaudit.drive.state == \"Fault\", ecaudit.sdo,\n"
         "ecaudit.dc.phase, ecaudit.signal.s0.status_word. Run it again after the capture has changed.\n"
-        "Without --install an installed plugin learns of the new side file and its signals.\n"
+        "After one --install, an installed plugin finds the side files of other captures.\n"
         "Example: ecaudit wireshark --install trace.pcapng && wireshark -C ecaudit trace.pcapng");
   }
 

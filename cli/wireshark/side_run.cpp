@@ -122,7 +122,7 @@ void SideRun::Declare(OptionSet& options) {
   options.Group("Output");
   options.Value("-o,--output", "PATH", output_, "the side file (default: CAPTURE.ecaudit beside the capture)");
   options.Flag("--install", install_, "put the plugin and a profile 'ecaudit' into Wireshark's personal folders");
-  options.Value("--folder", "DIR", folder_, "with or for a plugin in this folder; the profile is left out");
+  options.Value("--folder", "DIR", folder_, "folder of the plugin in place of Wireshark's own; no profile is written");
 }
 
 ExitStatus SideRun::Run(Console& console) {
