@@ -40,6 +40,7 @@ class Command {
 [[nodiscard]] std::unique_ptr<Command> MakeSliceCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeAnnotateCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeAnonymizeCommand();
+[[nodiscard]] std::unique_ptr<Command> MakeWiresharkCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeRulesCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeExplainCommand();
 [[nodiscard]] std::unique_ptr<Command> MakeProfilesCommand();

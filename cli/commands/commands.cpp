@@ -14,6 +14,7 @@ std::vector<std::unique_ptr<Command>> AllCommands() {
   commands.push_back(MakeSignalsCommand());
   commands.push_back(MakeSliceCommand());
   commands.push_back(MakeAnnotateCommand());
+  commands.push_back(MakeWiresharkCommand());
   commands.push_back(MakeAnonymizeCommand());
   commands.push_back(MakeRulesCommand());
   commands.push_back(MakeExplainCommand());

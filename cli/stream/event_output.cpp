@@ -74,6 +74,8 @@ void EventOutput::Write(const EventRow& row) {
     std::string& out = waiting.lines.emplace_back();
     if (target.format == kJsonLines) {
       out = json_;
+    } else if (target.format == kJsonAndText) {
+      out = json_ + '\t' + row.text;
     } else if (types_.chosen() || !row.shown_elsewhere) {
       Columns columns(out, target.color);
       columns.Right(std::to_string(row.frame_.number), kFrameColumns);

@@ -1,8 +1,10 @@
 /// Where the lines of one format go: standard output or a file, through one large buffer.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "cli/console.h"
 #include "cli/output_file.h"
@@ -14,6 +16,8 @@ class LineOutput {
  public:
   [[nodiscard]] static LineOutput ToConsole(Console& console);
   [[nodiscard]] static Result<LineOutput> ToFile(const std::string& path);
+  /// @param take  gets each line, without its end
+  [[nodiscard]] static LineOutput ToFunction(std::function<void(std::string_view)> take);
 
   /// Lines are appended here.
   [[nodiscard]] std::string& buffer() { return buffer_; }
@@ -34,8 +38,9 @@ class LineOutput {
 
   std::string buffer_;
   std::size_t limit_ = 0;
-  Console* console_ = nullptr;  ///< null: a file
+  Console* console_ = nullptr;  ///< null: a file or a function
   std::optional<OutputFile> file_;
+  std::function<void(std::string_view)> take_;
   std::optional<Error> error_;
   bool closed_ = false;
 };

@@ -297,6 +297,7 @@ void SignalWriter::Begin(Observation& observation, const StreamContext& context)
 
 void SignalWriter::End() {
   EndRow();
+  if (options_.sink != nullptr) options_.sink->End();
   for (const auto& sink : sinks_) sink->End();
 }
 
@@ -474,6 +475,10 @@ void SignalWriter::EndRow() {
 void SignalWriter::OpenSinks() {
   table_ = {columns_.columns(), dc_seen_, context_->time_mode != report::TimeMode::kRelative};
   sinks_.clear();
+  if (options_.sink != nullptr) {
+    options_.sink->Begin(table_);
+    return;
+  }
   for (LineTarget& target : context_->targets) {
     sinks_.push_back(RowFormats()[target.format].make(target.output));
     sinks_.back()->Begin(table_);
@@ -487,6 +492,7 @@ void SignalWriter::WriteRow() {
   const FrameRef& frame = row_.frame();
   const std::string time = context_->time().Iso(frame);
   const TableRow row{frame.number, context_->source.SinceStart(frame), time, row_.dc_time, cells_, texts_};
+  if (options_.sink != nullptr) return options_.sink->Row(row);
   bool open = false;
   for (std::size_t i = 0; i < sinks_.size(); ++i) {
     sinks_[i]->Row(row);

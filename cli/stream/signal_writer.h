@@ -23,6 +23,7 @@ struct SignalOptions {
   SignalChoice choice;
   bool changes = false;     ///< rows only where a value differs from the last one shown
   std::uint64_t every = 1;  ///< of the rows of each kind of frame, the first of every N
+  RowSink* sink = nullptr;  ///< takes the rows in place of the targets' formats; outlives the writer
 };
 
 class SignalWriter final : public LineWriter {
@@ -135,7 +136,7 @@ class SignalWriter final : public LineWriter {
   std::vector<std::uint32_t> word_columns_;                 ///< those columns
   std::vector<std::uint8_t> scratch_;
   RowTable table_;
-  std::vector<std::unique_ptr<RowSink>> sinks_;  ///< by target
+  std::vector<std::unique_ptr<RowSink>> sinks_;  ///< by target; none with options_.sink
   std::unordered_map<std::uint64_t, std::uint64_t> rows_of_kind_;
 };
 

@@ -21,6 +21,8 @@ namespace ecaudit::cli {
 /// Places in LineWriter::formats(), unless a writer has its own.
 inline constexpr std::size_t kTextLines = 0;
 inline constexpr std::size_t kJsonLines = 1;
+/// Of events, for other writers of this program: the JSON, a tab, and the text that people read.
+inline constexpr std::size_t kJsonAndText = 2;
 
 /// One destination.
 struct LineTarget {

@@ -1,0 +1,162 @@
+#include "cli/wireshark/plugin_files.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <system_error>
+
+#include <QResource>
+#include <QString>
+
+#include "cli/output_file.h"
+
+// A static library does not register its resources by itself. The macro has to stand outside of all namespaces.
+static void RegisterPlugin() {
+  Q_INIT_RESOURCE(wireshark);
+}
+
+namespace ecaudit::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kFieldsFile = "ecaudit-signals.txt";
+constexpr std::string_view kCapturesFile = "ecaudit-captures.txt";
+constexpr std::size_t kMostFields = 8192;
+constexpr std::size_t kMostCaptures = 1000;
+constexpr std::size_t kLongestList = std::size_t{4} << 20U;
+
+std::string_view Embedded(const char* name) {
+  RegisterPlugin();
+  const QResource file(QStringLiteral(":/ecaudit/wireshark/") + QString::fromUtf8(name));
+  if (!file.isValid() || file.compressionAlgorithm() != QResource::NoCompression) return {};
+  return {reinterpret_cast<const char*>(file.data()), static_cast<std::size_t>(file.size())};
+}
+
+std::string Environment(const char* name) {
+  const char* const value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
+
+/// Wireshark's folder of settings.
+fs::path SettingsFolder(const fs::path& home) {
+  if (const std::string given = Environment("WIRESHARK_CONFIG_DIR"); !given.empty()) return given;
+  const std::string configured = Environment("XDG_CONFIG_HOME");
+  const fs::path folder = (configured.empty() ? home / ".config" : fs::path(configured)) / "wireshark";
+  std::error_code ignored;
+  const fs::path old = home / ".wireshark";
+  return !fs::exists(folder, ignored) && fs::exists(old, ignored) ? old : folder;
+}
+
+/// Empty where there is none.
+std::string Content(const fs::path& path) {
+  std::error_code failed;
+  if (const auto size = fs::file_size(path, failed); failed || size > kLongestList) return {};
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+std::vector<std::string> Lines(const fs::path& path) {
+  const std::string text = Content(path);
+  std::vector<std::string> lines;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    if (end > at) lines.push_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return lines;
+}
+
+std::optional<Error> WriteLines(const fs::path& path, const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text.append(line).push_back('\n');
+  return WriteOutputFile(path.string(), text);
+}
+
+std::optional<Error> MakeFolder(const std::string& folder) {
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  if (failed) return Error{"cannot make the folder " + folder + ": " + failed.message()};
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<PluginFiles> PluginFiles::In(const std::string& folder) {
+  PluginFiles files;
+  if (!folder.empty()) {
+    files.folder_ = folder;
+    return files;
+  }
+  if (const std::string roaming = Environment("APPDATA"); !roaming.empty()) {  // Windows
+    const fs::path settings = fs::path(roaming) / "Wireshark";
+    files.folder_ = (settings / "plugins").string();
+    files.profile_ = (settings / "profiles" / "ecaudit").string();
+    return files;
+  }
+  const fs::path home = Environment("HOME");
+  if (home.empty()) return Error{"HOME is not set; name the folder of the plugin with --folder"};
+  files.folder_ = (home / ".local" / "lib" / "wireshark" / "plugins").string();
+  files.profile_ = (SettingsFolder(home) / "profiles" / "ecaudit").string();
+  return files;
+}
+
+std::string PluginFiles::plugin() const {
+  return (fs::path(folder_) / kPluginFile).string();
+}
+
+bool PluginFiles::installed() const {
+  std::error_code ignored;
+  return fs::is_regular_file(plugin(), ignored);
+}
+
+bool PluginFiles::differs() const {
+  return installed() && Content(plugin()) != Embedded("ecaudit.lua");
+}
+
+std::optional<Error> PluginFiles::Install() const {
+  if (auto error = MakeFolder(folder_)) return error;
+  if (auto error = WriteOutputFile(plugin(), Embedded("ecaudit.lua"))) return error;
+  if (profile_.empty()) return std::nullopt;
+  if (auto error = MakeFolder(profile_)) return error;
+  for (const char* name : {"preferences", "colorfilters"}) {
+    const fs::path path = fs::path(profile_) / name;
+    std::error_code ignored;
+    if (fs::exists(path, ignored)) continue;
+    if (auto error = WriteOutputFile(path.string(), Embedded(name))) return error;
+  }
+  return std::nullopt;
+}
+
+Result<std::size_t> PluginFiles::AddFields(const std::vector<SignalField>& fields) const {
+  const fs::path path = fs::path(folder_) / kFieldsFile;
+  std::vector<std::string> lines = Lines(path);
+  std::set<std::string> known;
+  for (const std::string& line : lines) known.insert(line.substr(0, line.find('\t')));
+  std::size_t added = 0;
+  for (const SignalField& field : fields) {
+    if (lines.size() >= kMostFields) break;
+    if (!known.insert(field.key).second) continue;
+    lines.push_back(field.key + '\t' + field.type + '\t' + field.title);
+    ++added;
+  }
+  if (added > 0) {
+    if (auto error = WriteLines(path, lines)) return *error;
+  }
+  return added;
+}
+
+std::optional<Error> PluginFiles::AddCapture(const FirstFrame& first, const std::string& side_file) const {
+  const fs::path path = fs::path(folder_) / kCapturesFile;
+  std::vector<std::string> lines = Lines(path);
+  std::erase_if(lines, [&](const std::string& line) { return line.ends_with('\t' + side_file); });
+  lines.insert(lines.begin(), first.time + '\t' + std::to_string(first.length) + '\t' + side_file);
+  if (lines.size() > kMostCaptures) lines.resize(kMostCaptures);
+  return WriteLines(path, lines);
+}
+
+}  // namespace ecaudit::cli
