@@ -13,10 +13,12 @@
 #include "analyzers/collect/summary.h"
 #include "analyzers/collect/topology.h"
 #include "analyzers/compare/comparison.h"
+#include "analyzers/compare/esi_demands.h"
 #include "analyzers/judge/capture_advice.h"
 #include "analyzers/judge/common_causes.h"
 #include "analyzers/judge/coverage.h"
 #include "analyzers/judge/crowded_lists.h"
+#include "analyzers/judge/diagnosis_notes.h"
 #include "analyzers/judge/finding_order.h"
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/lossy_capture.h"
@@ -84,6 +86,11 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
 
   AnalysisResult result = Summarise(source, observation);
   for (const auto& collector : collectors) collector->Summarise(result);
+  for (SlaveSummary& slave : result.slaves) {
+    slave.esi_demands = startup::EsiDemandsOf(context.slave(slave.id),
+                                              {slave.startup, result.bus.startup, MissesPackets(context.pairing())});
+  }
+  context.SetSummary(result);
   startup::Comparison comparison;
   if (options.expectation != nullptr) {
     comparison = startup::Compare(*options.expectation, result);
@@ -93,6 +100,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   for (const auto& collector : collectors) collector->Conclude();
   JoinConsequences(context);
   AddParameterNotes(context, store);
+  AddDiagnosisNotes(context, store);
   if (MissesPackets(context.pairing())) WeakenWhatHistoryMayExplain(store, rules);
   const std::size_t slaves = ForgetReplaced(context, store);
   result.coverage = CoverageOf(context, result);

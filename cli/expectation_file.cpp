@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <initializer_list>
 #include <limits>
@@ -440,6 +441,17 @@ Result<std::shared_ptr<const Expectation>> ReadExpectation(const std::string& pa
   }
   expectation->name = std::filesystem::path(path).filename().string();
   return std::shared_ptr<const Expectation>(std::move(expectation));
+}
+
+bool IsEsi(const std::string& path) {
+  constexpr std::size_t kBeginning = 64U << 10U;  // a comment may come first
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  std::ifstream file(path, std::ios::binary);
+  std::string beginning(kBeginning, '\0');
+  file.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
+  beginning.resize(static_cast<std::size_t>(file.gcount()));
+  return beginning.find("<EtherCATInfo") != std::string::npos;
 }
 
 std::string WriteExpectation(const AnalysisResult& result) {

@@ -15,6 +15,9 @@ namespace ecaudit::cli {
 /// switch a check off. What is wrong is one line that names the place: "x.json: slaves[0].steps[3].value: ...".
 [[nodiscard]] Result<std::shared_ptr<const startup::Expectation>> ReadExpectation(const std::string& path);
 
+/// Whether the file is an ESI file by its root element: what it requires is compared, not its steps.
+[[nodiscard]] bool IsEsi(const std::string& path);
+
 /// The start-ups of `result` as a file, a line for each step. Values that vary between runs are null.
 [[nodiscard]] std::string WriteExpectation(const AnalysisResult& result);
 

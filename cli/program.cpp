@@ -20,6 +20,17 @@
 namespace ecaudit::cli {
 namespace {
 
+/// What a person reads who calls the program by its name alone.
+constexpr std::string_view kFirstPage =
+    R"(ecaudit reads EtherCAT captures: what happened, where, why, and what to do.
+
+  ecaudit check CAPTURE    findings of a capture, each with cause and remedy; -o report.html adds a page with plots
+  ecaudit batch FOLDER     all captures of a folder, in parallel, with one summary
+  ecaudit explain NAME     a rule, code, fault, object or register: al-refused, 0x001b, F503, 6041h, 0x0130
+
+All commands: ecaudit --help
+)";
+
 /// Prints a page on standard output.
 ExitStatus Print(Console& console, const std::string& page) {
   if (const auto error = console.Write(page)) {
@@ -36,7 +47,11 @@ ExitStatus WrongUsage(Console& console, const std::string& message) {
 
 ExitStatus Dispatch(const std::vector<std::string>& arguments, Console& console) {
   const std::vector<std::unique_ptr<Command>> commands = AllCommands();
-  if (arguments.empty()) return WrongUsage(console, "no command given (see 'ecaudit --help')");
+  if (arguments.empty()) {
+    if (!console.output_is_terminal()) return WrongUsage(console, "no command given (see 'ecaudit --help')");
+    static_cast<void>(Print(console, std::string(kFirstPage)));
+    return ExitStatus::kUsage;
+  }
   const std::string& first = arguments.front();
   if (first == "--help" || first == "-h" || (first == "help" && arguments.size() == 1)) {
     return Print(console, ProgramHelp(commands));

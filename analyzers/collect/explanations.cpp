@@ -15,6 +15,15 @@ FindingIndex Explanations::Of(SlaveId slave, FrameNo request) const {
   return kNoFinding;
 }
 
+std::vector<FindingIndex> Explanations::AllOf(SlaveId slave, FrameNo request) const {
+  std::vector<FindingIndex> all;
+  for (std::size_t back = 1; back <= newest_.size() && back <= next_; ++back) {
+    const Entry& e = newest_[(next_ - back) % newest_.size()];
+    if (e.slave == slave && e.request == request) all.push_back(e.finding);
+  }
+  return all;
+}
+
 void Explanations::BlameMapping(SlaveId slave, device::PdoDirection direction, FindingIndex finding) {
   mapping_faults_[{slave, direction}] = finding;
 }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "analyzers/result/finding.h"
 #include "decoder/base/ids.h"
@@ -19,6 +20,8 @@ class Explanations {
   void Add(SlaveId slave, FrameNo request, FindingIndex finding);
   /// What was added for it last; kNoFinding when nothing was.
   [[nodiscard]] FindingIndex Of(SlaveId slave, FrameNo request) const;
+  /// All of them, the newest first.
+  [[nodiscard]] std::vector<FindingIndex> AllOf(SlaveId slave, FrameNo request) const;
 
   /// @param finding  kNoFinding: nothing is wrong any more
   void BlameMapping(SlaveId slave, device::PdoDirection direction, FindingIndex finding);

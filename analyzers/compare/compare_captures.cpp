@@ -16,6 +16,8 @@
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 #include "decoder/esc/fmmu.h"
+#include "decoder/esc/register_addresses.h"
+#include "decoder/process/pdo_mapping.h"
 
 namespace ecaudit::diff {
 namespace {
@@ -29,20 +31,22 @@ constexpr TimeNs kAtLeastSlower = 10'000'000;
 /// Cycle times are the same within this part.
 constexpr double kSameCycle = 0.05;
 constexpr std::size_t kListed = 4;
+constexpr EscAddress kFirstFmmu = 0x0600;
 
 // Ranks, the most important first: which slaves there are, what they came to, what they exchange, how they are set, how
 // the frames look, clocks last.
 constexpr int kRankBus = -2;
 constexpr int kRankRefused = -1;  ///< only one of them was refused a state
 constexpr int kRankOutcome = 0;
-constexpr int kRankSuspect = 1;  ///< a finding cites the step that differs
-constexpr int kRankMapping = 2;  ///< sync managers, FMMUs, PDOs
-constexpr int kRankStep = 3;
-constexpr int kRankFrames = 4;  ///< distributed clocks, and what the cyclic frames hold
-constexpr int kRankFinding = 5;
-constexpr int kRankEarly = 6;  ///< scan and addressing: masters do it in many ways
-constexpr int kRankConsequence = 7;
-constexpr int kRankTiming = 8;
+constexpr int kRankRelevant = 1;  ///< the AL status code of the refusal is about it
+constexpr int kRankSuspect = 2;   ///< a finding cites the step that differs
+constexpr int kRankMapping = 3;   ///< sync managers, FMMUs, PDOs
+constexpr int kRankStep = 4;
+constexpr int kRankFrames = 5;  ///< distributed clocks, and what the cyclic frames hold
+constexpr int kRankFinding = 6;
+constexpr int kRankEarly = 7;  ///< scan and addressing: masters do it in many ways
+constexpr int kRankConsequence = 8;
+constexpr int kRankTiming = 9;
 
 std::string ValueOf(const std::string& name, const std::string& text) {
   if (text.empty()) return "done";
@@ -67,7 +71,7 @@ std::string List(const Steps& steps, NameOf&& name_of) {
 }
 
 /// Of several steps the first that changes something.
-const StartupStep& MostImportant(const std::vector<const StartupStep*>& steps) {
+const StartupStep& FirstThatChanges(const std::vector<const StartupStep*>& steps) {
   for (const StartupStep* step : steps) {
     if (step->key.kind != StartupKey::Kind::kUpload && step->key.kind != StartupKey::Kind::kRequest) return *step;
   }
@@ -202,8 +206,8 @@ std::string TimesDone(std::size_t times) {
 
 class Builder {
  public:
-  Builder(const AnalysisResult& a, const AnalysisResult& b, const std::function<std::string(const Finding&)>& title)
-      : a_(a), b_(b), title_(title) {}
+  Builder(const AnalysisResult& a, const AnalysisResult& b, const Knowledge& knowledge)
+      : a_(a), b_(b), knowledge_(knowledge) {}
 
   CaptureDiff Build() {
     MatchSlaves();
@@ -211,6 +215,7 @@ class Builder {
     for (std::size_t p = 0; p < out_.pairs.size(); ++p) {
       const SlavePair& pair = out_.pairs[p];
       if (pair.a == nullptr || pair.b == nullptr) continue;
+      about_.clear();
       Devices(p);
       Startups(p);
       Mappings(p);
@@ -227,7 +232,7 @@ class Builder {
     AddFurther(a_, "A");
     AddFurther(b_, "B");
     std::stable_sort(out_.differences.begin(), out_.differences.end(), [](const Difference& x, const Difference& y) {
-      return std::tuple(!x.counts, x.rank) < std::tuple(!y.counts, y.rank);
+      return std::tuple(!x.counts, x.rank, x.place) < std::tuple(!y.counts, y.rank, y.place);
     });
     return std::move(out_);
   }
@@ -361,7 +366,62 @@ class Builder {
       d.frame_a = FrameOfOutcome(a);
       d.frame_b = FrameOfOutcome(b);
     }
+    LearnFailure(a, b);
     Steps(p, a, b);
+  }
+
+  /// The first request that was refused, else the first whose state the master waited for without result.
+  static const StartupStep* FailedRequest(const StartupSummary& startup) {
+    for (const StartupOutcome outcome : {StartupOutcome::kRefused, StartupOutcome::kUnanswered}) {
+      for (const StartupStep& step : startup.steps) {
+        if (step.key.kind == StartupKey::Kind::kRequest && step.outcome == outcome) return &step;
+      }
+    }
+    return nullptr;
+  }
+
+  /// Where only one of the two failed at a state: what that request is about.
+  void LearnFailure(const StartupSummary& a, const StartupSummary& b) {
+    const StartupStep* in_a = FailedRequest(a);
+    const StartupStep* in_b = FailedRequest(b);
+    if ((in_a == nullptr) == (in_b == nullptr)) return;
+    const StartupStep& failed = in_a != nullptr ? *in_a : *in_b;
+    const auto code = static_cast<std::uint16_t>(failed.code);
+    const auto state = static_cast<std::uint8_t>(failed.key.address);
+    if (knowledge_.settings) about_ = knowledge_.settings(code, state);
+    failed_in_a_ = in_a != nullptr;
+    failed_at_ = failed.frame.number;
+    about_any_.insert(about_any_.end(), about_.begin(), about_.end());
+    if (out_.failed.empty()) {
+      out_.failed = esc::StateName(state) + (failed.outcome == StartupOutcome::kRefused ? " refused" : " not reached");
+      if (failed.code != 0) out_.failed += " with " + Hex(code);
+    }
+  }
+
+  /// Place among the settings that the refusal is about, the likeliest reason first; `about_.size()`: it is not.
+  [[nodiscard]] std::size_t PlaceOf(const StartupKey& key, std::uint64_t bytes) const {
+    const auto range =
+        std::find_if(about_.begin(), about_.end(), [&](const SettingRange& r) { return r.Holds(key, bytes); });
+    return static_cast<std::size_t>(range - about_.begin());
+  }
+  [[nodiscard]] bool IsAbout(const StartupKey& key, std::uint64_t bytes) const {
+    return PlaceOf(key, bytes) < about_.size();
+  }
+  /// The start-up that failed did it before that, or not at all: what comes after is no reason.
+  [[nodiscard]] bool IsBeforeFailure(FrameNo frame_a, FrameNo frame_b) const {
+    return (failed_in_a_ ? frame_a : frame_b) <= failed_at_;
+  }
+  void MarkRelevant(const StartupStep& step, FrameNo frame_a, FrameNo frame_b, Difference& d) const {
+    if (about_.empty() || !IsBeforeFailure(frame_a, frame_b)) return;
+    if (d.rank != kRankRelevant && d.rank != kRankSuspect) return;
+    d.relevant = true;
+    d.place = PlaceOf(step.key, step.size);
+  }
+  /// The whole bus does it; `key` stands for it.
+  static void MarkOfBus(const std::vector<SettingRange>& about, const StartupKey& key, Difference& d) {
+    if (std::none_of(about.begin(), about.end(), [&](const SettingRange& r) { return r.Holds(key, 1); })) return;
+    d.relevant = true;
+    d.rank = kRankRelevant;
   }
 
   /// True when a finding of this slave rests on the frame.
@@ -395,13 +455,16 @@ class Builder {
     }
   };
 
-  [[nodiscard]] int RankOf(std::optional<std::size_t> p, const StartupKey& key, StartupPhase phase, FrameNo frame_a,
+  [[nodiscard]] int RankOf(std::optional<std::size_t> p, const StartupStep& step, StartupPhase phase, FrameNo frame_a,
                            FrameNo frame_b) const {
+    const StartupKey& key = step.key;
+    const std::uint64_t bytes = step.size;
     // What is only read changes nothing, and another sequence of states is part of the outcome.
     if (key.kind == StartupKey::Kind::kUpload) return kRankEarly;
     if (key.kind == StartupKey::Kind::kRequest) return kRankStep;
     const SlaveSummary* slave_a = p ? out_.pairs[*p].a : nullptr;
     const SlaveSummary* slave_b = p ? out_.pairs[*p].b : nullptr;
+    if (p && IsAbout(key, bytes) && IsBeforeFailure(frame_a, frame_b)) return kRankRelevant;
     if (IsSuspect(a_, slave_a, frame_a) || IsSuspect(b_, slave_b, frame_b)) return kRankSuspect;
     if (startup::IsMapping(key) && phase > StartupPhase::kEeprom) return kRankMapping;
     if (IsClock(key)) return kRankFrames;
@@ -456,13 +519,15 @@ class Builder {
     const StartupStep& in_a = compared.InA(deviation.expected.front());
     const StartupStep& in_b = *deviation.actual.front();
     const auto [part_a, part_b] = startup::DifferingParts(in_b.key, in_a.data, in_b.data);
-    const int rank = RankOf(compared.pair, in_b.key, in_b.phase, in_a.frame.number, in_b.frame.number);
+    const int rank = RankOf(compared.pair, in_b, in_b.phase, in_a.frame.number, in_b.frame.number);
     Difference& d = Add(Area::kStep, rank, compared.pair, startup::StepNoun(in_b.key, in_b.name),
                         part_a.empty() ? WithNote(in_a) : part_a, part_b.empty() ? WithNote(in_b) : part_b);
+    MarkRelevant(in_b, in_a.frame.number, in_b.frame.number, d);
     d.frame_a = in_a.frame.number;
     d.frame_b = in_b.frame.number;
     if (startup::LogicalStartOnly(in_b.key, in_a.data, in_b.data)) {
       d.counts = false;
+      d.relevant = false;
       d.rank = kRankTiming;
     }
   }
@@ -470,13 +535,14 @@ class Builder {
   void OtherPlace(const Compared& compared, const Deviation& deviation) {
     const StartupStep& in_a = compared.InA(deviation.expected.front());
     const std::string behind_a =
-        deviation.after != nullptr ? "behind " + compared.InA(deviation.after).name : "at the beginning";
+        deviation.after != nullptr ? "after " + compared.InA(deviation.after).name : "at the beginning";
     const std::string behind_b =
-        deviation.previous != nullptr ? "behind " + deviation.previous->name : "at the beginning";
+        deviation.previous != nullptr ? "after " + deviation.previous->name : "at the beginning";
     std::string what = "place of the " + startup::StepNoun(in_a.key, in_a.name);
     if (deviation.expected.size() > 1) what += " and " + Grouped(deviation.expected.size() - 1) + " more";
-    const int rank = RankOf(compared.pair, in_a.key, in_a.phase, in_a.frame.number, deviation.frame.number);
+    const int rank = RankOf(compared.pair, in_a, in_a.phase, in_a.frame.number, deviation.frame.number);
     Difference& d = Add(Area::kStep, rank, compared.pair, what, behind_a, behind_b);
+    MarkRelevant(in_a, in_a.frame.number, deviation.frame.number, d);
     d.frame_a = in_a.frame.number;
     d.frame_b = deviation.frame.number;
   }
@@ -506,6 +572,7 @@ class Builder {
       Difference& d = AddStep(p, side, {MostImportant(unanswered), first, nullptr}, List(unanswered, TextOf),
                               "tried, and not taken by the slave", NotDone(first, side.there, side.late));
       d.counts = false;
+      d.relevant = false;
       d.rank = kRankTiming;
     }
   }
@@ -523,9 +590,13 @@ class Builder {
           all.push_back(steps[++i].step);
         }
         const std::size_t more = again.here > again.there ? again.here - again.there : 1;
-        AddStep(p, side, {step, step, again.other}, List(all, TextOf),
-                (more == 1 ? "once more" : Grouped(more) + " times more") + ", in " + std::string(Title(step.phase)),
-                TimesDone(again.there));
+        Difference& d = AddStep(
+            p, side, {step, step, again.other}, List(all, TextOf),
+            (more == 1 ? "once more" : Grouped(more) + " times more") + ", in " + std::string(Title(step.phase)),
+            TimesDone(again.there));
+        // The same value once more sets nothing else.
+        d.relevant = false;
+        if (d.rank == kRankRelevant) d.rank = kRankStep;
         continue;
       }
       const auto [part_here, part_there] = startup::DifferingParts(step.key, step.data, again.other->data);
@@ -538,9 +609,17 @@ class Builder {
                               std::move(here), part_there.empty() ? WithNote(*again.other) : part_there);
       if (startup::LogicalStartOnly(step.key, step.data, again.other->data)) {
         d.counts = false;
+        d.relevant = false;
         d.rank = kRankTiming;
       }
     }
+  }
+
+  /// Of several steps one that the refusal is about, else the first that changes something.
+  [[nodiscard]] const StartupStep& MostImportant(const std::vector<const StartupStep*>& steps) const {
+    const auto about = std::find_if(steps.begin(), steps.end(),
+                                    [this](const StartupStep* step) { return IsAbout(step->key, step->size); });
+    return about != steps.end() ? **about : FirstThatChanges(steps);
   }
 
   static std::string TextOf(const StartupStep& s) {
@@ -559,9 +638,10 @@ class Builder {
     const FrameNo other_frame = steps.other == nullptr ? 0 : steps.other->frame.number;
     const FrameNo frame_a = side.of_a ? frame : other_frame;
     const FrameNo frame_b = side.of_a ? other_frame : frame;
-    const int rank = side.late ? kRankConsequence : RankOf(p, steps.telling.key, steps.first.phase, frame_a, frame_b);
+    const int rank = side.late ? kRankConsequence : RankOf(p, steps.telling, steps.first.phase, frame_a, frame_b);
     Difference& d = Add(Area::kStep, rank, p, std::move(what), side.of_a ? std::move(here) : std::move(there),
                         side.of_a ? std::move(there) : std::move(here));
+    MarkRelevant(steps.telling, frame_a, frame_b, d);
     d.frame_a = frame_a;
     d.frame_b = frame_b;
     d.consequence = side.late;
@@ -666,6 +746,13 @@ class Builder {
       if (SameMapping(a, b)) continue;
       Difference& d = Add(Area::kMapping, kRankMapping, p, outputs ? "outputs (RxPDO)" : "inputs (TxPDO)",
                           MappingText(a), MappingText(b));
+      const StartupKey assignment{.kind = StartupKey::Kind::kDownload,
+                                  .address = outputs ? process::kRxAssignment : process::kTxAssignment};
+      if (IsAbout(assignment, 0) && IsBeforeFailure(a.since, b.since)) {
+        d.relevant = true;
+        d.rank = kRankRelevant;
+        d.place = PlaceOf(assignment, 0);
+      }
       d.frame_a = a.since;
       d.frame_b = b.since;
     }
@@ -696,14 +783,17 @@ class Builder {
     const std::string layout_b = LayoutText(b_.bus);
     if (layout_a.empty() || layout_b.empty()) return;
     if (layout_a != layout_b) {
-      Add(Area::kTiming, kRankFrames, std::nullopt, "datagrams that carry the process data", layout_a, layout_b);
+      MarkOfBus(
+          about_any_, {.address = kFirstFmmu},
+          Add(Area::kTiming, kRankFrames, std::nullopt, "datagrams that carry the process data", layout_a, layout_b));
     }
     const std::uint64_t times_a = a_.bus.dc.distributions;
     const std::uint64_t times_b = b_.bus.dc.distributions;
     if ((times_a == 0) == (times_b == 0)) return;
     const auto text = [](std::uint64_t times) { return times == 0 ? std::string("never") : Count(times, "time"); };
-    Add(Area::kTiming, kRankFrames, std::nullopt, "distribution of the system time (FRMW or ARMW of 0x0910)",
-        text(times_a), text(times_b));
+    MarkOfBus(about_any_, {.address = esc::kSystemTime},
+              Add(Area::kTiming, kRankFrames, std::nullopt, "distribution of the system time (FRMW or ARMW of 0x0910)",
+                  text(times_a), text(times_b)));
   }
 
   void Cycle() {
@@ -711,8 +801,9 @@ class Builder {
     const CycleSummary& b = b_.bus.cycle;
     if (a.cycles == 0 || b.cycles == 0) return;
     if (std::abs(a.median_us - b.median_us) <= kSameCycle * std::max(a.median_us, b.median_us)) return;
-    Add(Area::kTiming, kRankFrames, std::nullopt, "cycle of the process data (median)", Fixed(a.median_us, 1) + " us",
-        Fixed(b.median_us, 1) + " us");
+    MarkOfBus(about_any_, {.address = esc::kSync0Cycle},
+              Add(Area::kTiming, kRankFrames, std::nullopt, "cycle of the process data (median)",
+                  Fixed(a.median_us, 1) + " us", Fixed(b.median_us, 1) + " us"));
   }
 
   void Findings() {
@@ -738,7 +829,7 @@ class Builder {
       for (const auto& [key, finding] : here) {
         if (there.contains(key)) continue;
         const std::size_t pair = std::get<1>(key);
-        const std::string text = std::string(Name(finding->severity)) + ": " + title_(*finding);
+        const std::string text = std::string(Name(finding->severity)) + ": " + knowledge_.title(*finding);
         // A cause is more useful than its consequences.
         const int rank = finding->caused_by == kNoFinding && finding->rule != "al-refused" ? kRankFinding : kRankEarly;
         Difference& d =
@@ -769,6 +860,7 @@ class Builder {
           }
         }
         known_one.rank = std::min(known_one.rank, d.rank);
+        known_one.relevant = known_one.relevant || d.relevant;
       }
     }
     out_.differences = std::move(folded);
@@ -776,16 +868,19 @@ class Builder {
 
   const AnalysisResult& a_;
   const AnalysisResult& b_;
-  const std::function<std::string(const Finding&)>& title_;
+  const Knowledge& knowledge_;
+  std::vector<SettingRange> about_;      ///< of the pair that is compared: what the refusal of one of them is about
+  bool failed_in_a_ = false;             ///< likewise: which of them
+  FrameNo failed_at_ = 0;                ///< likewise: the request
+  std::vector<SettingRange> about_any_;  ///< likewise of all pairs
   std::map<std::string, std::set<unsigned>> unidentified_;  ///< positions, by where the identity is missing
   CaptureDiff out_;
 };
 
 }  // namespace
 
-CaptureDiff Compare(const AnalysisResult& a, const AnalysisResult& b,
-                    const std::function<std::string(const Finding&)>& title) {
-  return Builder(a, b, title).Build();
+CaptureDiff Compare(const AnalysisResult& a, const AnalysisResult& b, const Knowledge& knowledge) {
+  return Builder(a, b, knowledge).Build();
 }
 
 }  // namespace ecaudit::diff

@@ -72,7 +72,9 @@ void LatchRule::On(const model::LatchMisuse& misuse) {
     finding.reference = ReferenceTo(context().slave(misuse.slave).profile->latch->source);
     finding.Set("control_word", arg::Hex(misuse.control));
     if (misuse.status) finding.Set("status_word", arg::Hex(*misuse.status));
-    index = Report(key, std::move(finding));
+    // The capture ends before the usual time is over: a later upload cannot be excluded.
+    const bool early = misuse.kind == model::LatchMisuse::Kind::kNotMapped && misuse.waited_ns > 0;
+    index = Report(key, early ? Severity::kWarning : info().severity, std::move(finding));
     if (index == kNoFinding) return;
   }
   for (const FrameNo frame : misuse.related) {

@@ -115,12 +115,14 @@ WaitVerdict EvaluateWait(const RuleContext& context, const mailbox::MailboxUnans
                       context.slave(event.slave).al.last_request() > last_poll);
 }
 
-void ExplainFindings(RuleContext& context, std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause) {
+void ExplainFindings(RuleContext& context, std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause,
+                     Confidence confidence) {
   if (cause == kNoFinding) return;
   for (Finding& finding : context.store.findings()) {
     if (finding.rule == rule && finding.slave == slave && finding.last.number == frame &&
         finding.caused_by == kNoFinding) {
       finding.caused_by = cause;
+      if (confidence == Confidence::kInferred) finding.confidence = confidence;
     }
   }
 }

@@ -53,8 +53,9 @@ enum class WaitVerdict : std::uint8_t {
 /// With the end of the capture, the limit of mailbox-no-response, and the state requests to the slave.
 [[nodiscard]] WaitVerdict EvaluateWait(const RuleContext& context, const mailbox::MailboxUnanswered& event);
 /// Points the findings of `rule` about this slave that were reported last with `frame` to `cause`, unless they have
-/// one.
-void ExplainFindings(RuleContext& context, std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause);
+/// one. With an inferred `confidence` the findings are inferred, too.
+void ExplainFindings(RuleContext& context, std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause,
+                     Confidence confidence = Confidence::kObserved);
 /// Points the sdo-abort finding of this transfer, if there is one, to `cause`.
 void ExplainAbort(RuleContext& context, const mailbox::SdoTransfer& transfer, FindingIndex cause);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "analyzers/judge/lossy_capture.h"
@@ -54,6 +55,7 @@ struct Case {
 /// What a check found: notes about what is wrong, and words for what is right.
 struct Outcome {
   const Word* reason = nullptr;
+  std::uint8_t slot = 0;           ///< of `reason`
   const Word* possible = nullptr;  ///< a reason that nothing but the coincidence speaks for
   std::vector<Note> wrong;
   std::vector<const Word*> right;
@@ -93,6 +95,7 @@ constexpr Word kWhyNoOutputs{"no-outputs", "no outputs reach the slave"};
 constexpr Word kWhyNoInputs{"no-inputs", "the slave gives no inputs"};
 constexpr Word kWhyRxCount{"rx-count-exceeds-entries", "1C12h:0 counts more PDOs than shown"};
 constexpr Word kWhyTxCount{"tx-count-exceeds-entries", "1C13h:0 counts more PDOs than shown"};
+constexpr Word kWhyMappedLength{"mapped-length-differs", "length of a mapped object"};
 constexpr Word kWhyWatchdogZero{"watchdog-zero", "watchdog time is 0"};
 constexpr Word kWhySyncLeftOn{"sync-left-on", "SYNC0 left on by the last run"};
 constexpr Word kWhySyncOff{"sync-off", "SYNC0 is not active"};
@@ -103,8 +106,18 @@ constexpr Word kWhySyncCycleTooShort{"sync-cycle-too-short", "the SYNC0 cycle is
 constexpr Word kWhySyncTypeDiffers{"sync-type-differs", "1C32h:1 does not fit 0x0981"};
 constexpr Word kWhyRateDiffers{"rate-differs", "cycle differs from SYNC0"};
 constexpr Word kWhyEepromHeld{"eeprom-held", "the master holds the EEPROM"};
-constexpr Word kWhyModuleDiffers{"module-differs", "other modules than configured"};
+constexpr Word kWhyOutputsUnseen{"sm2-unseen", "SM2 was never set"};
+constexpr Word kWhyInputsUnseen{"sm3-unseen", "SM3 was never set"};
+constexpr Word kWhySyncUnseen{"sync-unseen", "SYNC0 was never activated"};
+constexpr Word kWhySyncTypeRejected{"sync-type-rejected", "the type in 1C32h:1"};
+constexpr Word kWhyInputSyncTypeDiffers{"input-sync-type-differs", "1C33h:1 does not fit 0x0981"};
+constexpr Word kWhyModuleDiffers{"module-differs", "other module than configured"};
 constexpr Word kWhyModuleCountDiffers{"module-count-differs", "more or fewer modules than configured"};
+
+/// Nothing that the master wrote since the set-up began is missing from the capture.
+bool SetUpIsSeen(const Case& of) {
+  return of.refusal.requested != 0 && of.state.set_up_since != 0 && !MissesPackets(of.context.pairing());
+}
 
 // ----- mailbox
 
@@ -121,10 +134,7 @@ void CheckMailboxSet(const Case& of, Outcome& found) {
   const auto in = of.manager(1);
   const FrameNo changed = std::max(of.model.set_up.manager_changed(0), of.model.set_up.manager_changed(1));
   if (!out && !in) {
-    const bool all_seen = of.refusal.requested != 0 && of.state.set_up_since != 0 &&
-                          of.state.sync_manager_since[0] <= of.state.set_up_since &&
-                          !MissesPackets(of.context.pairing());
-    if (all_seen)
+    if (SetUpIsSeen(of) && of.state.sync_manager_since[0] <= of.state.set_up_since)
       found.Wrong(refusal::kMailboxUnseen, kWhyMailboxNeverSet, {{"since", arg::Frame(of.state.set_up_since)}});
     return;
   }
@@ -286,6 +296,37 @@ void CheckLengths(const Case& of, Outcome& found) {
   found.Right(kLengths);
 }
 
+/// The master never wrote the sync manager of process data.
+void CheckManagerSet(const Case& of, Outcome& found, std::size_t n) {
+  // Below SAFEOP a slave needs no process data.
+  if (of.refusal.requested < static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return;
+  if (of.manager(n) || !SetUpIsSeen(of) || of.state.sync_manager_since[n] > of.state.set_up_since) return;
+  static constexpr Word kOutputsWord{"outputs", "outputs", true};
+  static constexpr Word kInputsWord{"inputs", "inputs", true};
+  const bool outputs = n == kOutputs;
+  const Word& why = outputs ? kWhyOutputsUnseen : kWhyInputsUnseen;
+  Arguments arguments{{"sync_manager", arg::Number(static_cast<std::int64_t>(n))},
+                      {"direction", arg::Of(outputs ? kOutputsWord : kInputsWord)},
+                      {"since", arg::Frame(of.state.set_up_since)}};
+  const model::ProcessLayout& layout =
+      of.model.process.Layout(outputs ? device::PdoDirection::kRx : device::PdoDirection::kTx);
+  const bool assigned = layout.known() && layout.source != model::LayoutSource::kDefault;
+  const std::uint32_t bytes = assigned ? layout.bytes_of(static_cast<std::uint8_t>(n)) : 0;
+  if (assigned && bytes == 0) return;
+  if (bytes != 0) {
+    arguments.Set("bytes", Bytes(bytes));
+    found.Wrong(refusal::kManagerUnseen, why, std::move(arguments));
+  } else {
+    found.May(refusal::kManagerUnseen, why, std::move(arguments));
+  }
+}
+void CheckOutputsSet(const Case& of, Outcome& found) {
+  CheckManagerSet(of, found, kOutputs);
+}
+void CheckInputsSet(const Case& of, Outcome& found) {
+  CheckManagerSet(of, found, kInputs);
+}
+
 /// Subindex 0 of an assignment that the master wrote counts more PDOs than the capture shows in the list.
 void CheckCount(const Case& of, Outcome& found, std::uint16_t assignment) {
   const process::PdoObject* const list = of.model.process.seen().Find(assignment);
@@ -307,6 +348,35 @@ void CheckOutputCount(const Case& of, Outcome& found) {
 }
 void CheckInputCount(const Case& of, Outcome& found) {
   CheckCount(of, found, process::kTxAssignment);
+}
+
+/// The master wrote a mapping with another length than the type of the object has.
+void CheckMapped(const Case& of, Outcome& found, device::PdoDirection direction) {
+  constexpr std::uint16_t kNoObject = 0xFF;  // the length byte of an entry without a length
+  const model::ProcessLayout& layout = of.model.process.Layout(direction);
+  if (!layout.known() || layout.source == model::LayoutSource::kDefault || !of.Counts(layout.since)) return;
+  for (const model::Signal& signal : layout.signals) {
+    // What the slave offers by itself is its own affair.
+    const model::ObjectValue* written = of.model.objects.Find(signal.pdo, 0);
+    if (signal.gap() || written == nullptr || !written->written) continue;
+    const std::uint16_t bits = device::BitsOf(device::DataTypeFromCode(static_cast<std::uint16_t>(signal.type)));
+    const bool none = bits == 0 && signal.bits == kNoObject;
+    // A BOOLEAN may fill a byte.
+    const bool differs = bits != 0 && bits != signal.bits && !(bits == 1 && signal.bits == 8);
+    if (!none && !differs) continue;
+    Arguments arguments{{"pdo", arg::Object(signal.pdo)},
+                        {"object", arg::Object(signal.index, signal.subindex)},
+                        {"mapped", arg::Count(signal.bits, "bit")}};
+    if (differs) arguments.Set("expected", arg::Count(bits, "bit"));
+    found.May(refusal::kMappedLength, kWhyMappedLength, std::move(arguments));
+    return;
+  }
+}
+void CheckMappedOutputs(const Case& of, Outcome& found) {
+  CheckMapped(of, found, device::PdoDirection::kRx);
+}
+void CheckMappedInputs(const Case& of, Outcome& found) {
+  CheckMapped(of, found, device::PdoDirection::kTx);
 }
 
 void CheckLrw(const Case& of, Outcome& found) {
@@ -416,6 +486,10 @@ Value Activation(const Case& of) {
 void CheckSyncActive(const Case& of, Outcome& found) {
   const auto sync0 = of.sync0();
   const FrameNo changed = of.dc.activation_changed();
+  if (!sync0 && changed == 0 && SetUpIsSeen(of)) {
+    found.May(refusal::kSyncUnseen, kWhySyncUnseen, {{"since", arg::Frame(of.state.set_up_since)}});
+    return;
+  }
   if (!sync0 || !of.Applied(changed)) return;
   if (!*sync0) {
     if (!of.Counts(changed)) return;
@@ -490,25 +564,51 @@ void CheckSyncCycle(const Case& of, Outcome& found) {
   if (checked) found.Right(kSyncCycle);
 }
 
+/// Of the first object that does not fit. Synchronous to the outputs (0x22) fits both.
 void CheckSyncTypes(const Case& of, Outcome& found) {
   const auto sync0 = of.sync0();
-  if (!sync0) return;
-  const model::ObjectValue* value = of.model.objects.Find(sync::kSyncObjects[0], sync::kSyncTypeEntry);
-  if (value == nullptr || !sync::IsKnownSyncType(value->raw)) return;
-  // Slaves change it themselves when SYNC0 is activated: what was read before shows nothing of the time after.
-  const FrameNo changed = of.dc.activation_changed();
-  if (!of.Applied(std::max(changed, value->since)) || (!value->written && value->since < changed)) return;
-  const auto type = static_cast<sync::SyncType>(value->raw);
-  if (sync::NeedsPulses(type) == *sync0) {
-    found.Right(kSyncTypes);
+  const bool unseen = !sync0 && of.dc.activation_changed() == 0 && SetUpIsSeen(of);
+  if (!sync0 && !unseen) return;
+  const bool active = sync0.value_or(false);
+  bool fits = false;
+  for (const std::uint16_t object : sync::kSyncObjects) {
+    const model::ObjectValue* value = of.model.objects.Find(object, sync::kSyncTypeEntry);
+    if (value == nullptr || !sync::IsKnownSyncType(value->raw)) continue;
+    // Slaves change it themselves when SYNC0 is activated: what was read before shows nothing of the time after.
+    const FrameNo changed = of.dc.activation_changed();
+    if (!of.Applied(std::max(changed, value->since)) || (!value->written && value->since < changed)) continue;
+    const auto type = static_cast<sync::SyncType>(value->raw);
+    if (sync::NeedsPulses(type) == active || type == sync::SyncType::kSmEventOfInputs) {
+      fits = true;
+      continue;
+    }
+    if (!of.Counts(std::max(changed, value->written ? value->since : 0))) return;
+    const bool inputs = object == sync::kSyncObjects[1];
+    Arguments arguments{{"object", arg::Object(object, sync::kSyncTypeEntry)},
+                        {"type", arg::Number(static_cast<std::int64_t>(value->raw), sync::Name(type))},
+                        {"active", arg::Flag(active)}};
+    if (unseen) {
+      arguments.Set("since", arg::Frame(of.state.set_up_since));
+    } else {
+      arguments.Set("activation", Activation(of));
+    }
+    found.May(refusal::kSyncTypeDiffers, inputs ? kWhyInputSyncTypeDiffers : kWhySyncTypeDiffers, std::move(arguments));
     return;
   }
-  if (!of.Counts(std::max(changed, value->written ? value->since : 0))) return;
-  found.May(refusal::kSyncTypeDiffers, kWhySyncTypeDiffers,
+  if (fits && !unseen) found.Right(kSyncTypes);
+}
+
+/// The code rejects what the object names.
+void CheckTypeRejected(const Case& of, Outcome& found) {
+  constexpr std::uint16_t kNoFreeRun = 0x0027;
+  const model::ObjectValue* value = of.model.objects.Find(sync::kSyncObjects[0], sync::kSyncTypeEntry);
+  if (value == nullptr || !sync::IsKnownSyncType(value->raw) || !of.Applied(value->since)) return;
+  const auto type = static_cast<sync::SyncType>(value->raw);
+  const bool rejected = of.refusal.code == kNoFreeRun ? type == sync::SyncType::kFreeRun : sync::NeedsPulses(type);
+  if (!rejected || !of.Counts(value->written ? value->since : 0)) return;
+  found.May(refusal::kSyncTypeRejected, kWhySyncTypeRejected,
             {{"object", arg::Object(sync::kSyncObjects[0], sync::kSyncTypeEntry)},
-             {"type", arg::Number(static_cast<std::int64_t>(value->raw), sync::Name(type))},
-             {"active", arg::Flag(*sync0)},
-             {"activation", Activation(of)}});
+             {"type", arg::Number(static_cast<std::int64_t>(value->raw), sync::Name(type))}});
 }
 
 void CheckRate(const Case& of, Outcome& found) {
@@ -533,7 +633,10 @@ constexpr Word kEepromOffered{"eeprom-offered", "the EEPROM is offered to the sl
 constexpr Word kModules{"modules", "the configured modules (F030h) against the detected ones (F050h)"};
 
 void CheckEepromOwner(const Case& of, Outcome& found) {
-  const auto owned_by_pdi = of.state.sii.owned_by_pdi();
+  auto owned_by_pdi = of.state.sii.owned_by_pdi();
+  if (const auto read = of.state.registers.Value<std::uint8_t>(esc::kEepromConfiguration); !owned_by_pdi && read) {
+    owned_by_pdi = (*read & 1U) != 0;
+  }
   const FrameNo since = of.model.set_up.eeprom_owner_since();
   if (!owned_by_pdi || !of.Applied(since)) return;
   if (*owned_by_pdi) {
@@ -546,50 +649,57 @@ void CheckEepromOwner(const Case& of, Outcome& found) {
   found.Wrong(refusal::kEepromHeld, kWhyEepromHeld, std::move(arguments));
 }
 
+std::string ModuleName(const Case& of, std::uint32_t ident) {
+  const auto& esi = of.model.profile->esi;
+  const device::EsiModule* module = esi && esi->slot_rules ? esi->slot_rules->Find(ident) : nullptr;
+  return module == nullptr ? std::string() : module->name;
+}
+
 /// A module list is right if all of it is compared: its number of entries (subindex 0), and each of them.
 void CheckModules(const Case& of, Outcome& found) {
-  constexpr std::uint16_t kConfigured = 0xF030, kDetected = 0xF050;
+  using Modules = model::SlotModules;
   constexpr std::size_t kShown = 3;
   if (of.refusal.requested == 0) return;  // a slave reads its modules when it starts
-  const auto value = [&](std::uint16_t list, std::uint8_t slot) -> const model::ObjectValue* {
-    const model::ObjectValue* object = of.model.objects.Find(list, slot);
-    return object != nullptr && of.Applied(object->since) ? object : nullptr;
-  };
-  const model::ObjectValue* configured_count = value(kConfigured, 0);
-  const model::ObjectValue* detected_count = value(kDetected, 0);
-  const bool counts_known = configured_count != nullptr && detected_count != nullptr;
-  if (counts_known && configured_count->raw != detected_count->raw) {
+  const Modules::List& configured = of.model.modules.configured();
+  const Modules::List& detected = of.model.modules.detected();
+  const bool counts_known =
+      configured.count && detected.count && of.Applied(configured.count_since) && of.Applied(detected.count_since);
+  const bool counts_differ = counts_known && *configured.count != *detected.count;
+  if (counts_differ) {
     found.Wrong(refusal::kModuleCountDiffers, kWhyModuleCountDiffers,
-                {{"configured", arg::Count(configured_count->raw, "module")},
-                 {"configured_frame", arg::Frame(configured_count->since)},
-                 {"detected", arg::Count(detected_count->raw, "module")},
-                 {"detected_frame", arg::Frame(detected_count->since)}});
+                {{"configured", arg::Count(*configured.count, "module")},
+                 {"configured_frame", arg::Frame(configured.count_since)},
+                 {"detected", arg::Count(*detected.count, "module")},
+                 {"detected_frame", arg::Frame(detected.count_since)}});
   }
   std::uint64_t compared = 0;
   std::size_t wrong = 0;
-  for (std::uint8_t slot = 1; slot != 0xFF && wrong < kShown; ++slot) {
-    const model::ObjectValue* configured = value(kConfigured, slot);
-    const model::ObjectValue* detected = value(kDetected, slot);
-    if (configured == nullptr || detected == nullptr) continue;
+  for (const auto& [slot, wanted] : configured.entries) {
+    const auto other = detected.entries.find(slot);
+    if (other == detected.entries.end()) continue;
+    const Modules::List::Entry& real = other->second;
+    if (!of.Applied(wanted.since) || !of.Applied(real.since)) continue;
+    if (counts_known && slot > std::max(*configured.count, *detected.count)) continue;  // of an older list
     ++compared;
-    if (configured->raw == detected->raw) continue;
-    ++wrong;
-    found.Wrong(refusal::kModuleDiffers, kWhyModuleDiffers,
-                {{"slot", arg::Number(slot)},
-                 {"configured", arg::Hex(configured->raw, 8)},
-                 {"configured_object", arg::Object(kConfigured, slot)},
-                 {"configured_frame", arg::Frame(configured->since)},
-                 {"detected", arg::Hex(detected->raw, 8)},
-                 {"detected_object", arg::Object(kDetected, slot)},
-                 {"detected_frame", arg::Frame(detected->since)}});
+    if (wanted.ident == real.ident || wrong == kShown) continue;
+    if (++wrong == 1 && found.reason == nullptr) found.slot = slot;
+    Arguments arguments{{"slot", arg::Number(slot)},
+                        {"configured", arg::Hex(wanted.ident, 8)},
+                        {"configured_object", arg::Object(Modules::kConfigured, slot)},
+                        {"configured_frame", arg::Frame(wanted.since)},
+                        {"detected", arg::Hex(real.ident, 8)},
+                        {"detected_object", arg::Object(Modules::kDetected, slot)},
+                        {"detected_frame", arg::Frame(real.since)}};
+    if (auto name = ModuleName(of, wanted.ident); !name.empty()) arguments.Set("configured_name", arg::Text(name));
+    if (auto name = ModuleName(of, real.ident); !name.empty()) arguments.Set("detected_name", arg::Text(name));
+    found.Wrong(refusal::kModuleDiffers, kWhyModuleDiffers, std::move(arguments));
   }
-  const bool whole = counts_known && configured_count->raw == detected_count->raw && compared == configured_count->raw;
-  if (whole && wrong == 0) found.Right(kModules);
+  if (counts_known && !counts_differ && compared == *configured.count && wrong == 0) found.Right(kModules);
 }
 
 // ----- the table
 
-constexpr std::size_t kMostChecks = 8;
+constexpr std::size_t kMostChecks = 10;
 struct Row {
   std::uint16_t code;
   std::array<Check, kMostChecks> checks;  ///< the likeliest reason first; null: no more
@@ -598,19 +708,21 @@ struct Row {
 constexpr std::array kRows{
     Row{0x0015, {CheckMailboxSet, CheckBootstrap, CheckMailboxIgnored}},
     Row{0x0016, {CheckMailboxSet, CheckMailboxWords, CheckMailboxIgnored}},
-    Row{0x0017, {CheckMailboxSet, CheckMailboxIgnored, CheckOutputsIgnored, CheckInputsIgnored, CheckLengths}},
+    Row{0x0017,
+        {CheckMailboxSet, CheckMailboxIgnored, CheckOutputsSet, CheckInputsSet, CheckOutputsIgnored, CheckInputsIgnored,
+         CheckMappedOutputs, CheckMappedInputs, CheckLengths}},
     Row{0x0018, {CheckInputs, CheckLrw}},
     Row{0x0019, {CheckLrw, CheckOutputs}},
     Row{0x001A, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
     Row{0x001B, {CheckLrw, CheckOutputs}},
-    Row{0x001D, {CheckOutputsIgnored, CheckOutputCount, CheckLengths}},
-    Row{0x001E, {CheckInputsIgnored, CheckInputCount, CheckLengths}},
+    Row{0x001D, {CheckOutputsSet, CheckOutputsIgnored, CheckOutputCount, CheckMappedOutputs, CheckLengths}},
+    Row{0x001E, {CheckInputsSet, CheckInputsIgnored, CheckInputCount, CheckMappedInputs, CheckLengths}},
     Row{0x001F, {CheckWatchdog}},
-    Row{0x0024, {CheckInputsIgnored, CheckInputCount, CheckLengths}},
-    Row{0x0025, {CheckOutputsIgnored, CheckOutputCount, CheckLengths}},
+    Row{0x0024, {CheckInputsSet, CheckInputsIgnored, CheckInputCount, CheckMappedInputs, CheckLengths}},
+    Row{0x0025, {CheckOutputsSet, CheckOutputsIgnored, CheckOutputCount, CheckMappedOutputs, CheckLengths}},
     Row{0x0026, {CheckSyncTypes, CheckSyncCycle, CheckLengths}},
-    Row{0x0027, {CheckSyncActive, CheckSyncTypes}},
-    Row{0x0028, {CheckSyncUnsupported, CheckSyncTypes}},
+    Row{0x0027, {CheckTypeRejected, CheckSyncActive, CheckSyncTypes}},
+    Row{0x0028, {CheckSyncUnsupported, CheckTypeRejected, CheckSyncTypes}},
     Row{0x002B, {CheckLrw, CheckOutputs, CheckInputs}},
     Row{0x002C, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
     Row{0x002D, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
@@ -625,7 +737,97 @@ constexpr std::array kRows{
     Row{0x0070, {CheckModules}},
 };
 
+// ----- what the rows are about
+
+/// The registers and objects that show what a check looks at.
+struct About {
+  Check check;
+  std::array<SettingRange, 6> settings;  ///< empty ones at the end
+};
+
+constexpr SettingRange kMailboxRegisters{.first = 0x0800, .last = 0x080F};
+constexpr SettingRange kOutputRegisters{.first = 0x0810, .last = 0x0817};
+constexpr SettingRange kInputRegisters{.first = 0x0818, .last = 0x081F};
+constexpr SettingRange kFurtherManagers{.first = 0x0820, .last = 0x087F};
+constexpr SettingRange kFmmuRegisters{.first = 0x0600, .last = 0x06FF};
+constexpr SettingRange kWatchdogRegisters{.first = 0x0400, .last = 0x0421};
+constexpr SettingRange kClockRegisters{.first = 0x0900, .last = 0x098F};
+constexpr SettingRange kSyncRegisters{.first = 0x0980, .last = 0x09AF};
+constexpr SettingRange kEepromRegisters{.first = 0x0500, .last = 0x0501};
+constexpr SettingRange kEepromMailbox{.kind = SettingRange::Kind::kEeprom, .first = 0x0014, .last = 0x001C};
+constexpr SettingRange kRxObjects{.kind = SettingRange::Kind::kObject, .first = 0x1600, .last = 0x17FF};
+constexpr SettingRange kTxObjects{.kind = SettingRange::Kind::kObject, .first = 0x1A00, .last = 0x1BFF};
+constexpr SettingRange kRxAssigned{.kind = SettingRange::Kind::kObject, .first = 0x1C12, .last = 0x1C12};
+constexpr SettingRange kTxAssigned{.kind = SettingRange::Kind::kObject, .first = 0x1C13, .last = 0x1C13};
+constexpr SettingRange kSyncParameters{.kind = SettingRange::Kind::kObject, .first = 0x1C32, .last = 0x1C33};
+constexpr SettingRange kDriveCycle{.kind = SettingRange::Kind::kObject, .first = 0x60C2, .last = 0x60C2};
+constexpr SettingRange kModuleObjects{.kind = SettingRange::Kind::kObject, .first = 0xF030, .last = 0xF05F};
+
+constexpr std::array kAbout{
+    About{CheckMailboxSet, {kMailboxRegisters}},
+    About{CheckMailboxWords, {kMailboxRegisters, kEepromMailbox}},
+    About{CheckBootstrap, {kMailboxRegisters, kEepromMailbox}},
+    About{CheckMailboxIgnored, {kMailboxRegisters}},
+    About{CheckOutputsIgnored, {kOutputRegisters, kRxObjects, kRxAssigned}},
+    About{CheckInputsIgnored, {kInputRegisters, kTxObjects, kTxAssigned}},
+    About{CheckOutputCount, {kOutputRegisters, kRxObjects, kRxAssigned}},
+    About{CheckInputCount, {kInputRegisters, kTxObjects, kTxAssigned}},
+    // A row of a single direction names it by its other checks.
+    About{CheckLengths, {}},
+    About{CheckLrw, {kFmmuRegisters}},
+    About{CheckOutputs, {kFmmuRegisters, kOutputRegisters}},
+    About{CheckInputs, {kFmmuRegisters, kInputRegisters}},
+    About{CheckWatchdog, {kWatchdogRegisters, kOutputRegisters}},
+    About{CheckLeftOn, {kClockRegisters, kSyncRegisters}},
+    About{CheckSyncActive, {kSyncRegisters, kSyncParameters}},
+    About{CheckSyncUnsupported, {kSyncRegisters, kSyncParameters}},
+    About{CheckSyncCycle, {kSyncRegisters, kSyncParameters, kDriveCycle}},
+    About{CheckSyncTypes, {kSyncRegisters, kSyncParameters}},
+    About{CheckRate, {kSyncRegisters, kClockRegisters, kDriveCycle}},
+    About{CheckEepromOwner, {kEepromRegisters}},
+    About{CheckModules, {kModuleObjects}},
+};
+
+/// What a slave checks at a request, for a code without a row.
+struct AboutRequest {
+  esc::AlState requested;
+  std::array<SettingRange, 12> settings;
+};
+constexpr std::array kAboutRequests{
+    AboutRequest{esc::AlState::PREOP, {kMailboxRegisters, kEepromRegisters}},
+    AboutRequest{esc::AlState::SAFEOP,
+                 {kMailboxRegisters, kOutputRegisters, kInputRegisters, kFurtherManagers, kFmmuRegisters, kRxObjects,
+                  kTxObjects, kRxAssigned, kTxAssigned, kSyncRegisters, kSyncParameters, kModuleObjects}},
+    AboutRequest{esc::AlState::OP,
+                 {kOutputRegisters, kInputRegisters, kFurtherManagers, kFmmuRegisters, kWatchdogRegisters,
+                  kClockRegisters, kSyncRegisters, kSyncParameters, kDriveCycle}},
+};
+
+void AddSettings(std::span<const SettingRange> settings, std::vector<SettingRange>& all) {
+  for (const SettingRange& range : settings) {
+    if (range.last == 0 || std::find(all.begin(), all.end(), range) != all.end()) continue;
+    all.push_back(range);
+  }
+}
+
 }  // namespace
+
+std::vector<SettingRange> SettingsOfRefusal(std::uint16_t code, std::uint8_t requested) {
+  std::vector<SettingRange> all;
+  for (const Row& row : kRows) {
+    if (row.code != code) continue;
+    for (const About& about : kAbout) {
+      if (std::find(row.checks.begin(), row.checks.end(), about.check) != row.checks.end()) {
+        AddSettings(about.settings, all);
+      }
+    }
+  }
+  if (!all.empty()) return all;
+  for (const AboutRequest& about : kAboutRequests) {
+    if (static_cast<std::uint8_t>(about.requested) == requested) AddSettings(about.settings, all);
+  }
+  return all;
+}
 
 RefusalReasons FindRefusalReasons(const RuleContext& context, const RefusalCase& refusal) {
   const auto* row = std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return r.code == refusal.code; });
@@ -646,6 +848,7 @@ RefusalReasons FindRefusalReasons(const RuleContext& context, const RefusalCase&
   RefusalReasons reasons;
   reasons.inferred = found.reason == nullptr && found.possible != nullptr;
   reasons.reason = reasons.inferred ? found.possible : found.reason;
+  reasons.slot = found.slot;
   if (!found.right.empty()) {
     std::vector<Value> words;
     for (const Word* word : found.right) words.push_back(arg::Of(*word));
@@ -658,6 +861,7 @@ RefusalReasons FindRefusalReasons(const RuleContext& context, const RefusalCase&
 
 void AddTo(Finding& finding, const RefusalReasons& reasons) {
   if (reasons.reason != nullptr) finding.Set("reason", arg::Of(*reasons.reason));
+  if (reasons.slot != 0) finding.Set("slot", arg::Number(reasons.slot));
   if (reasons.inferred) {
     finding.Set("reason_inferred", arg::Flag());
     finding.confidence = Confidence::kInferred;

@@ -13,6 +13,7 @@
 
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/result/finding.h"
+#include "analyzers/result/setting_range.h"
 
 namespace ecaudit {
 
@@ -68,6 +69,10 @@ inline constexpr NoteKind kCountExceeds{
     "count-exceeds-entries",
     "The master wrote {entries:number} to {object:number} ({count_frame}), but the capture shows [only "
     "{shown}][{!shown}no entry]. The slave may have fewer PDOs, which may be the reason."};
+inline constexpr NoteKind kMappedLength{
+    "mapped-length-differs",
+    "{pdo} maps {object} with {mapped}, [but its type has {expected}][{!expected}which no object has]. This may be the "
+    "reason."};
 inline constexpr NoteKind kWatchdogZero{
     "watchdog-zero",
     "The process data watchdog time {register} is 0, but SM{sync_manager} triggers the watchdog (bit 6 of its control "
@@ -78,6 +83,13 @@ inline constexpr NoteKind kSyncLeftOn{
     "not switched it off when it set the clock in {clock_frame}[, but only in {off_frame}]. The slave may have lost "
     "SYNC0 by that. Write 0 to 0x0981 before the clock is set."};
 inline constexpr NoteKind kSyncOff{"sync-off", "SYNC0 is not active: 0x0981 is {activation}[, set in {write_frame}]."};
+inline constexpr NoteKind kSyncUnseen{
+    "sync-unseen",
+    "The capture shows no write to 0x0981 since {since}, where the set-up began: SYNC0 may never have been activated."};
+inline constexpr NoteKind kManagerUnseen{
+    "process-manager-unseen",
+    "The capture shows no write to SM{sync_manager} ({direction}) since {since}, where the set-up began[, but the "
+    "assigned PDOs have {bytes}].[{!bytes} This may be the reason.]"};
 inline constexpr NoteKind kSyncOffAtRequest{
     "sync-set-after-request",
     "SYNC0 was activated (0x0981) in {write_frame}, after {requested} was requested in {request_frame}. The slave "
@@ -93,8 +105,11 @@ inline constexpr NoteKind kSyncCycleTooShort{
     "The SYNC0 cycle (0x09A0) is {cycle_us}, shorter than the minimum {minimum_us} of {object}."};
 inline constexpr NoteKind kSyncTypeDiffers{
     "sync-type-differs",
-    "{object} is {type}, but SYNC0 is [{?active}active][{!active}not active] (0x0981 is {activation}). This may be the "
-    "reason."};
+    "{object} is {type}, but SYNC0 is [{?active}active][{!active}not active] ([0x0981 is "
+    "{activation}][{!activation}the "
+    "capture shows no write to 0x0981 since {since}, where the set-up began]). This may be the reason."};
+inline constexpr NoteKind kSyncTypeRejected{"sync-type-rejected",
+                                            "{object} is {type}, which this code rejects. This may be the reason."};
 inline constexpr NoteKind kRateDiffers{
     "rate-differs",
     "Process data come every {rate_us}, but the SYNC0 cycle (0x09A0) is {cycle_us}.[{?one_per_cycle} The slave needs "
@@ -105,38 +120,28 @@ inline constexpr NoteKind kEepromHeld{
     "transition. Write 1 to 0x0500 before the request."};
 inline constexpr NoteKind kModuleDiffers{
     "module-differs",
-    "Slot {slot}: the master configured module {configured} ({configured_object}, {configured_frame}), the slave "
-    "detected {detected} ({detected_object}, {detected_frame})."};
+    "Slot {slot}: the master configured module {configured}[ {configured_name}] ({configured_object}, "
+    "{configured_frame}), the slave detected {detected}[ {detected_name}] ({detected_object}, {detected_frame})."};
 inline constexpr NoteKind kModuleCountDiffers{
     "module-count-differs",
     "The master configured {configured} (F030h:0, {configured_frame}), the slave detected {detected:number} (F050h:0, "
     "{detected_frame})."};
 inline constexpr NoteKind kChecked{"checked", "Checked and right: {checked}."};
 
-inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,
-                                             &kMailboxOff,
-                                             &kMailboxUnseen,
-                                             &kNoMailboxInEeprom,
-                                             &kBootstrapMailbox,
-                                             &kWriteIgnored,
-                                             &kLrwUnsupported,
-                                             &kOutputsNotSent,
-                                             &kOutputsNotAccepted,
-                                             &kInputsNotRead,
-                                             &kWatchdogZero,
-                                             &kSyncLeftOn,
-                                             &kSyncOff,
-                                             &kSyncOffAtRequest,
-                                             &kSyncOn,
-                                             &kSyncCycleZero,
-                                             &kSyncCycleTooShort,
-                                             &kSyncTypeDiffers,
-                                             &kRateDiffers,
-                                             &kEepromHeld,
-                                             &kModuleDiffers,
-                                             &kModuleCountDiffers,
-                                             &kCountExceeds,
-                                             &kChecked};
+inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,    &kMailboxOff,
+                                             &kMailboxUnseen,      &kNoMailboxInEeprom,
+                                             &kBootstrapMailbox,   &kWriteIgnored,
+                                             &kLrwUnsupported,     &kOutputsNotSent,
+                                             &kOutputsNotAccepted, &kInputsNotRead,
+                                             &kMappedLength,       &kWatchdogZero,
+                                             &kSyncLeftOn,         &kSyncOff,
+                                             &kSyncUnseen,         &kManagerUnseen,
+                                             &kSyncOffAtRequest,   &kSyncOn,
+                                             &kSyncCycleZero,      &kSyncCycleTooShort,
+                                             &kSyncTypeDiffers,    &kSyncTypeRejected,
+                                             &kRateDiffers,        &kEepromHeld,
+                                             &kModuleDiffers,      &kModuleCountDiffers,
+                                             &kCountExceeds,       &kChecked};
 
 /// The notes of a rule together with these.
 template <std::size_t N>
@@ -151,6 +156,7 @@ constexpr std::array<const NoteKind*, N + std::size(kNotes)> With(const NoteKind
 
 struct RefusalReasons {
   const Word* reason = nullptr;  ///< the likeliest of them, for the title; null: nothing is wrong
+  std::uint8_t slot = 0;         ///< of a modular device that it is about; 0: none
   bool inferred = false;         ///< `reason` is only a possible one: the slave may have refused for another
   std::vector<Note> notes;       ///< what is wrong, and what is right
 };
@@ -160,6 +166,10 @@ struct RefusalReasons {
 /// Adds them, with {reason} for the title and the flags {reason_inferred} and {checked} (settings of the code are
 /// right). A finding whose reason is inferred is inferred itself.
 void AddTo(Finding& finding, const RefusalReasons& reasons);
+
+/// The registers and objects that a refusal of the state with this code (0: not read) is about: those that the checks
+/// of its row look at. A code without a row is about what a slave checks at the request.
+[[nodiscard]] std::vector<SettingRange> SettingsOfRefusal(std::uint16_t code, std::uint8_t requested);
 
 /// The codes that have a row, for documentation and tests.
 [[nodiscard]] std::vector<std::uint16_t> CodesWithReasons();

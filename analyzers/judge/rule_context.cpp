@@ -46,6 +46,10 @@ FindingIndex RuleContext::ExplanationOf(SlaveId slave, FrameNo request) const {
   return explanations_.Of(slave, request);
 }
 
+std::vector<FindingIndex> RuleContext::ExplanationsOf(SlaveId slave, FrameNo request) const {
+  return explanations_.AllOf(slave, request);
+}
+
 void RuleContext::BlameMapping(SlaveId slave, device::PdoDirection direction, FindingIndex finding) {
   explanations_.BlameMapping(slave, direction, finding);
 }

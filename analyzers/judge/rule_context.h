@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/result/finding.h"
@@ -17,6 +18,7 @@ namespace ecaudit {
 class Explanations;
 class Observation;
 struct AnalysisOptions;
+struct AnalysisResult;
 struct PipelineStatistics;
 namespace bus {
 struct PairingStatistics;
@@ -66,12 +68,17 @@ class RuleContext {
   /// Where the start-up differs from what is expected; null before Rule::Finish(), and where nothing is expected.
   [[nodiscard]] const startup::Comparison* startup() const { return startup_; }
   void SetStartup(const startup::Comparison& comparison) { startup_ = &comparison; }
+  /// What was collected of the capture, findings apart; null before Rule::Finish().
+  [[nodiscard]] const AnalysisResult* summary() const { return summary_; }
+  void SetSummary(const AnalysisResult& summary) { summary_ = &summary; }
 
   /// Names the finding that explains why the slave cannot do what the request in this frame asks for.
   void ExplainRequest(SlaveId slave, FrameNo request, FindingIndex finding);
   /// What ExplainRequest() named for it last; kNoFinding when nothing did. Of rules that may explain one request, the
   /// one with the nearer cause declares the others in RuleInfo::after.
   [[nodiscard]] FindingIndex ExplanationOf(SlaveId slave, FrameNo request) const;
+  /// All findings that explain it, the newest first.
+  [[nodiscard]] std::vector<FindingIndex> ExplanationsOf(SlaveId slave, FrameNo request) const;
   /// Names the finding about what is wrong with the PDO mapping of one direction; kNoFinding: nothing any more.
   void BlameMapping(SlaveId slave, device::PdoDirection direction, FindingIndex finding);
   /// What BlameMapping() named last; kNoFinding when nothing did.
@@ -90,6 +97,7 @@ class RuleContext {
   const AnalysisOptions& options_;
   Explanations& explanations_;
   const startup::Comparison* startup_ = nullptr;
+  const AnalysisResult* summary_ = nullptr;
 };
 
 }  // namespace ecaudit

@@ -31,9 +31,21 @@ inline constexpr NoteKind kParameterSays{"parameter-says",
 /// What the manual of the family states about what the finding is about.
 inline constexpr NoteKind kManualStates{"manual-states", "The manual ({source}) states: {fact}[ ({note})]."};
 
+/// A message of the diagnosis history of the slave about what the finding is about.
+inline constexpr NoteKind kSlaveStates{"slave-states",
+                                       "The slave states ({object}, {read_frame}): {diagnosis}.[ It stored this after "
+                                       "{absent_frame}.][{?may_be_older} The "
+                                       "message may be older than this event.]"};
+
 /// All of them, for documentation and tests.
-inline constexpr const NoteKind* kSharedNotes[] = {
-    &kMissingPacketsMayExplain, &kWorkingCounterMissing, &kStateReached,  &kOddMappingMayExplain,
-    &kObjectTwiceMayExplain,    &kUnusedMayExplain,      &kParameterSays, &kManualStates};
+inline constexpr const NoteKind* kSharedNotes[] = {&kMissingPacketsMayExplain,
+                                                   &kWorkingCounterMissing,
+                                                   &kStateReached,
+                                                   &kOddMappingMayExplain,
+                                                   &kObjectTwiceMayExplain,
+                                                   &kUnusedMayExplain,
+                                                   &kParameterSays,
+                                                   &kManualStates,
+                                                   &kSlaveStates};
 
 }  // namespace ecaudit

@@ -43,7 +43,8 @@ must be enabled.][ By {mode_source} it must be in {expected_mode}.][ By {directi
 ]{expected_length}[ or {other_lengths}].][{?no_length} Its length must not be 0.][ This transition requires:
 {requirement}.][ The slave is expected to answer with the error bit and AL status code {expected_code}.])";
 inline constexpr std::string_view kNext =
-    R"(Switch SM{sync_manager} off, write all its settings, and switch it on before {requested} is requested.)";
+    R"(Switch SM{sync_manager} off, write all its settings[ (start {expected_start})][ (length[{?at_most} at most]
+{expected_length})], and switch it on before {requested} is requested.)";
 
 inline constexpr FindingKind kNotEnabled{.name = "not-enabled",
                                          .title = "SM{sync_manager}: not enabled when {requested} is requested",

@@ -55,6 +55,7 @@ void BusModel::On(const track::SlaveFound& event) {
   slaves_.emplace_back(event.slave, network_.state(event.slave), limits_, events_);
   by_id_.push_back(&slaves_.back());
   slaves_.back().al.SetTimeouts(timeouts_);
+  slaves_.back().set_up.Begin(network_.state(event.slave));
   slaves_.back().latch.SetAcknowledgeLimit(latch_acknowledge_ns_);
   slaves_.back().drives.SetLimits(drive_limits_);
   seen_identities_.emplace_back().slave = event.slave;
@@ -391,6 +392,7 @@ void BusModel::On(const mailbox::SdoTransfer& transfer) {
   SlaveModel& slave = slaves_[transfer.slave];
   slave.objects.Apply(transfer);
   slave.modules.Apply(transfer);
+  slave.diagnosis.Apply(transfer);
   // When the list is complete: a description for each of its entries would be kept for nothing.
   if (transfer.has_object && !SlotModules::IsList(transfer.index)) TakeModules(transfer.slave);
   if (slave.process.Apply(transfer)) {

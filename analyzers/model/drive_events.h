@@ -51,6 +51,19 @@ struct DriveCommanded {
   bool inferred = false;  ///< that the drive took it
 };
 
+/// Bits of the control word changed that start or hold a motion in a mode (4 to 6, 8), or do something by their edge.
+struct DriveBits {
+  SlaveId slave = kNoSlave;
+  std::uint8_t axis = 0;
+  FrameRef frame;
+  std::uint16_t before = 0;
+  std::uint16_t word = 0;
+  std::uint16_t changed = 0;        ///< of these bits
+  std::optional<std::int8_t> mode;  ///< that the drive works in, as far as it is known
+  bool by_sdo = false;
+  bool inferred = false;
+};
+
 /// The status word shows another state than before.
 struct DriveStateChanged {
   SlaveId slave = kNoSlave;

@@ -12,6 +12,8 @@ namespace {
 using device::DriveState;
 
 constexpr std::uint16_t kWarningBit = 0x0080;
+/// Of the control word: bits 4 to 6, whose meaning depends on the mode, and halt (bit 8).
+constexpr std::uint16_t kMotionBits = 0x0170;
 
 std::optional<std::uint64_t> Read(ByteSpan data, std::uint32_t bit, std::uint16_t bits) {
   if (std::uint64_t{bit} + bits > std::uint64_t{data.size()} * 8) return std::nullopt;
@@ -39,13 +41,18 @@ void DriveUnit::SetFamily(const device::DeviceDescription& family) {
   al_states_.SetFamily(drive_);
   places_.SetFamily(drive_);
   faults_.SetFamily(family);
-  control_mask_ = status_mask_ = 0;
+  control_mask_ = status_mask_ = motion_mask_ = 0;
   expected_.Clear();
   doubtful_.Clear();
   if (drive_ == nullptr) return;
   for (const device::DriveCommand& command : drive_->commands) {
     if (!command.automatic) control_mask_ = static_cast<std::uint16_t>(control_mask_ | command.mask);
   }
+  motion_mask_ = kMotionBits;
+  for (const device::EdgeAction& row : drive_->edge_actions) {
+    motion_mask_ = static_cast<std::uint16_t>(motion_mask_ | 1U << row.bit);
+  }
+  motion_mask_ = static_cast<std::uint16_t>(motion_mask_ & ~control_mask_);
   for (const device::DriveStateRow& row : drive_->states) {
     status_mask_ = static_cast<std::uint16_t>(status_mask_ | row.printed.mask);
     for (const device::StatusPattern& also : row.also) {
@@ -269,6 +276,11 @@ void DriveUnit::OnControlTaken(std::uint16_t word, const FrameRef& frame, bool b
   if (!before || changed) control_.settings_since = frame;
   control_.taken = word;
   control_.inferred = inferred;
+  if (before && ((*before ^ word) & motion_mask_) != 0) {
+    const auto bits = static_cast<std::uint16_t>((*before ^ word) & motion_mask_);
+    sink_.Publish(DriveBits{slave_, axis_, frame, *before, word, bits,
+                            modes_.shown() ? modes_.shown() : modes_.requested(), by_sdo, inferred});
+  }
   if (!before && !control_.first.seen()) {
     control_.first = frame;
     given_.OnFirst(acts);

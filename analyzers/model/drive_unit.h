@@ -170,6 +170,7 @@ class DriveUnit {
   DriveLimits limits_;
   std::uint8_t axis_;
   std::uint16_t control_mask_ = 0;  ///< bits of the control word that command transitions
+  std::uint16_t motion_mask_ = 0;   ///< further ones that DriveBits reports
   std::uint16_t status_mask_ = 0;   ///< bits of the status word that distinguish states
 
   DriveAlStates al_states_;

@@ -12,6 +12,9 @@ using Why = LatchNotEvaluable::Why;
 
 /// How long a value may lie unread at the end of the capture before it counts as not read, in ns.
 constexpr std::int64_t kUnreadAtEnd = 1'000'000'000;
+/// A capture that ends earlier must show that the master left out this many cycles, and uploads of the duration that
+/// the slave needs, before its reading counts as missing.
+constexpr std::uint64_t kMissedChances = 100;
 
 }  // namespace
 
@@ -92,7 +95,10 @@ void LatchEdges::Arm(std::size_t n, const LatchWord& word) {
   edge.armed_done = word.done;
   edge.capture.armed = word.frame;
   edge.capture.assumed = word.inferred;
-  if (++edge.history.armed == 1) edge.history.first_armed = edge.capture;
+  if (++edge.history.armed == 1) {
+    edge.history.first_armed = edge.capture;
+    edge.history.words_when_armed = control_.words;
+  }
   Keep(edge);
   Step(again ? LatchStep::Kind::kRearmed : LatchStep::Kind::kArmed, n, word.frame);
 }
@@ -295,13 +301,24 @@ void LatchEdges::CheckUnreachable(std::size_t n, const LatchStatus& status) {
                                  [this](const Signal& signal) { return LatchPlaces::IsStray(*latch_, signal.index); });
   const bool mapped = edge.history.mapping == LatchEdgeHistory::Mapping::kMapped;
   if (mapped || !none || inputs.Find(latch_->status_object, 0) != nullptr) return;
-  if (!long_enough) {
+  const std::int64_t watched = armed.has_time && control_.frame.has_time ? Elapsed(armed.time, control_.frame.time) : 0;
+  const std::uint64_t cycles = control_.words - std::min(control_.words, edge.history.words_when_armed);
+  // The inputs cannot show it, but the master may upload it yet.
+  const bool early = control_.cyclic && cycles >= kMissedChances && slowest_sdo_ns_ > 0 &&
+                     watched / slowest_sdo_ns_ >= static_cast<std::int64_t>(kMissedChances);
+  if (!long_enough && !early) {
     report_.NotEvaluable(Kind::kNotMapped, armed, Why::kEndsWhileUnread);
   } else {
     LatchMisuse misuse = report_.Misuse(
         Kind::kNotMapped, {control_.value, armed, 0, 0, !control_.cyclic, edge.history.first_armed.assumed});
     misuse.edge = &latch_->edges[n];
     misuse.capture = edge.history.first_armed;
+    if (!long_enough) {
+      misuse.inferred = true;
+      misuse.waited_ns = watched;
+      misuse.cycles = cycles;
+      misuse.limit_ns = slowest_sdo_ns_;
+    }
     report_.Emit(misuse);
   }
 }

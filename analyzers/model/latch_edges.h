@@ -4,6 +4,7 @@
 /// keeps: one capture an edge, what each edge was used for, and the first kMaxCaptures captures for the report.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -27,6 +28,7 @@ struct LatchEdgeHistory {
   std::uint64_t read = 0;
   std::uint64_t lost = 0;  ///< disarmed or armed again unread
   LatchCapture first_armed;
+  std::uint64_t words_when_armed = 0;  ///< control words up to there
   Mapping mapping = Mapping::kUnknown;
   LatchCapture
       first_unread;  ///< the first capture that was valid and not read; valid.seen() shows whether there is one
@@ -96,6 +98,8 @@ class LatchEdges {
   void ReadStray() { stray_read_ = true; }
   /// The master uploads the status word or a position, valid or not: it has a way to learn of a capture.
   void Asked() { asked_ = true; }
+  /// The slave answered an SDO after this time.
+  void Answered(std::int64_t ns) { slowest_sdo_ns_ = std::max(slowest_sdo_ns_, ns); }
   /// Inputs of unknown contents: a position may be among them.
   void InputsUnknown(bool unknown) { unknown_inputs_ = unknown; }
 
@@ -124,6 +128,7 @@ class LatchEdges {
   bool unknown_inputs_ = false;
   bool stray_read_ = false;
   bool asked_ = false;
+  std::int64_t slowest_sdo_ns_ = 0;
   std::vector<LatchCapture> captures_;
   std::uint64_t captures_left_out_ = 0;
 };

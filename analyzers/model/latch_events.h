@@ -81,8 +81,9 @@ struct LatchMisuse {
                             ///< kStatusBits: the bits, or the selector
   StatusBits status_bits = StatusBits::kReserved;
   std::uint8_t state = 0;            ///< kOutsideOp: AL state, 0 when several are possible
-  std::int64_t waited_ns = 0;        ///< kAckMismatch
-  std::int64_t limit_ns = 0;         ///< kAckMismatch
+  std::int64_t waited_ns = 0;        ///< kAckMismatch; kNotMapped: the capture ends so soon after the arming, else 0
+  std::int64_t limit_ns = 0;         ///< kAckMismatch; kNotMapped with waited_ns: the slowest SDO of the slave
+  std::uint64_t cycles = 0;          ///< kNotMapped with waited_ns: control words since the arming
   bool by_sdo = false;               ///< the word travelled by SDO
   bool inferred = false;             ///< see LatchCapture::assumed
   LatchCapture capture;              ///< where it is about one

@@ -248,6 +248,7 @@ void LatchUnit::OnStatus(const LatchWord& word) {
 // --- SDO ----------------------------------------------------------------------------------------------------------
 
 void LatchUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
+  if (latch_ != nullptr && transfer.duration && transfer.answered) edges_.Answered(*transfer.duration);
   if (latch_ == nullptr || !transfer.has_object || transfer.complete_access || transfer.data.empty()) return;
   const bool is_word = transfer.subindex == 0 && transfer.data.size() <= 2;
   if (transfer.service == mailbox::SdoService::kDownload && is_word) {

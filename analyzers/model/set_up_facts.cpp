@@ -45,6 +45,14 @@ bool Overlaps(const track::SlaveAccess& access, EscAddress at, std::size_t bytes
 
 }  // namespace
 
+void SetUpFacts::Begin(const track::SlaveState& state) {
+  for (std::size_t n = 0; n < kManagers; ++n) {
+    const auto settings = state.sync_manager(n, Certainty::kInferred);
+    if (!settings) continue;
+    managers_[n] = {*settings, true, true, state.sync_manager_since[n]};
+  }
+}
+
 void SetUpFacts::On(const track::SlaveAccess& access) {
   if (access.address <= esc::kEepromConfiguration && access.done()) {
     if (!access.Covered(access.written, esc::kEepromConfiguration, 1).empty()) {

@@ -12,6 +12,7 @@
 
 #include "decoder/esc/sync_manager.h"
 #include "decoder/track/access.h"
+#include "decoder/track/slave_state.h"
 
 namespace ecaudit::model {
 
@@ -30,6 +31,8 @@ class SetUpFacts {
     FrameNo shown = 0;         ///< the frame that showed those of before again; 0: none did
   };
 
+  /// The slave is met: what broadcasts wrote before.
+  void Begin(const track::SlaveState& state);
   void On(const track::SlaveAccess& access);
   /// Another device, or the capture may miss accesses.
   void Forget();

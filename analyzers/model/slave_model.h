@@ -7,6 +7,7 @@
 #include <string>
 
 #include "analyzers/model/al_machine.h"
+#include "analyzers/model/diagnosis_history.h"
 #include "analyzers/model/drive_axes.h"
 #include "analyzers/model/entry_port.h"
 #include "analyzers/model/latch_unit.h"
@@ -87,10 +88,11 @@ struct SlaveModel {
   SetUpFacts set_up;
   /// Parameters that the user gave, by keyword.
   std::map<std::string, std::int64_t, std::less<>> given;
-  ObjectValues objects;       ///< dictionary: last value of each object seen
-  events::ObjectNames names;  ///< what the slave itself calls its objects
-  SlotModules modules;        ///< what is in the slots of a modular device
-  ProcessData process;        ///< PDO assignment and mapping
+  ObjectValues objects;        ///< dictionary: last value of each object seen
+  events::ObjectNames names;   ///< what the slave itself calls its objects
+  DiagnosisHistory diagnosis;  ///< its own messages, as the master read them
+  SlotModules modules;         ///< what is in the slots of a modular device
+  ProcessData process;         ///< PDO assignment and mapping
   ProcessTraffic outputs, inputs;
   DriveAxes drives;  ///< CiA 402 state machines, where the family has one
   LatchUnit latch;

@@ -17,11 +17,13 @@ void SlotModules::Apply(const mailbox::SdoTransfer& transfer) {
   if (download && transfer.index == kDetected) return;
   List& list = transfer.index == kConfigured ? configured_ : detected_;
   changed_ = true;
+  const FrameNo since = transfer.last.number;
   if (!transfer.complete_access) {
     if (transfer.subindex == 0) {
       list.count = transfer.data[0];
+      list.count_since = since;
     } else if (transfer.data.size() == 4) {
-      list.entries[transfer.subindex] = LittleEndian<std::uint32_t>(transfer.data, 0);
+      list.entries[transfer.subindex] = {LittleEndian<std::uint32_t>(transfer.data, 0), since};
     }
     return;
   }
@@ -29,10 +31,13 @@ void SlotModules::Apply(const mailbox::SdoTransfer& transfer) {
   const std::size_t begin = transfer.subindex == 0 ? 2 : 0;
   list.entries.clear();
   list.count.reset();
-  if (transfer.subindex == 0) list.count = transfer.data[0];
+  if (transfer.subindex == 0) {
+    list.count = transfer.data[0];
+    list.count_since = since;
+  }
   std::uint8_t subindex = 0;
   for (std::size_t at = begin; Fits(transfer.data, at, 4) && subindex < 0xFF; at += 4) {
-    list.entries[++subindex] = LittleEndian<std::uint32_t>(transfer.data, at);
+    list.entries[++subindex] = {LittleEndian<std::uint32_t>(transfer.data, at), since};
   }
 }
 
@@ -42,7 +47,7 @@ std::optional<std::vector<std::uint32_t>> SlotModules::List::Idents() const {
   for (unsigned subindex = 1; subindex <= *count; ++subindex) {
     const auto entry = entries.find(static_cast<std::uint8_t>(subindex));
     if (entry == entries.end()) return std::nullopt;
-    idents.push_back(entry->second);
+    idents.push_back(entry->second.ident);
   }
   return idents;
 }

@@ -16,25 +16,35 @@ namespace ecaudit::model {
 
 class SlotModules {
  public:
+  static constexpr std::uint16_t kConfigured = 0xF030;
+  static constexpr std::uint16_t kDetected = 0xF050;
+
+  struct List {
+    struct Entry {
+      std::uint32_t ident = 0;
+      FrameNo since = 0;  ///< frame of the answer that transferred it
+    };
+    std::optional<std::uint8_t> count;
+    FrameNo count_since = 0;
+    std::map<std::uint8_t, Entry> entries;
+
+    [[nodiscard]] std::optional<std::vector<std::uint32_t>> Idents() const;
+  };
+
   [[nodiscard]] static bool IsList(std::uint16_t index) { return index == kConfigured || index == kDetected; }
 
   /// Takes a completed transfer of one of the lists; others change nothing.
   void Apply(const mailbox::SdoTransfer& transfer);
   /// The idents, the first slot first (0: empty); nothing until a list is whole.
   [[nodiscard]] std::optional<std::vector<std::uint32_t>> Idents() const;
+  /// F030h, as far as it was transferred.
+  [[nodiscard]] const List& configured() const { return configured_; }
+  /// F050h, as far as it was transferred.
+  [[nodiscard]] const List& detected() const { return detected_; }
   /// True once after the lists changed.
   [[nodiscard]] bool TakeChanged();
 
  private:
-  static constexpr std::uint16_t kConfigured = 0xF030;
-  static constexpr std::uint16_t kDetected = 0xF050;
-  struct List {
-    std::optional<std::uint8_t> count;
-    std::map<std::uint8_t, std::uint32_t> entries;
-
-    [[nodiscard]] std::optional<std::vector<std::uint32_t>> Idents() const;
-  };
-
   List configured_, detected_;
   bool changed_ = false;
 };

@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "decoder/base/text.h"
+#include "decoder/mailbox/diagnosis_message.h"
 #include "decoder/process/pdo_mapping.h"
 
 namespace ecaudit::events {
@@ -55,6 +56,8 @@ ObjectValue ReadItem(const ObjectNames& names, const device::DeviceDescription* 
     value.value = value.text;
   } else if (process::IsAssignment(index) && bytes.size() == 2) {
     value.text = ObjectName(LittleEndian<std::uint16_t>(bytes, 0));
+  } else if (mailbox::IsDiagnosisMessage(index, subindex) && bytes.size() >= mailbox::kDiagnosisHeaderBytes) {
+    value.text = mailbox::DiagnosisText(mailbox::ParseDiagnosisMessage(bytes));
   }
   return value;
 }

@@ -33,6 +33,7 @@ struct AxisView {
   std::optional<device::DriveState> state, state_before;
   bool state_changed = false;      ///< in this step; state_before is the last one that was known
   bool error_bit_differs = false;  ///< bit 13 has a meaning of the family, which device-fault-bit reports
+  unsigned homing_bit = 4;         ///< of the control word: its rising edge starts homing
   FrameRef state_since;
 
   std::optional<std::int8_t> mode_by_sdo;  ///< 6060h as a download wrote it last
@@ -57,6 +58,9 @@ struct AxisView {
   [[nodiscard]] bool Rises(unsigned bit) const {
     return control_changed && Control(bit) && (control_before >> bit & 1U) == 0;
   }
+  /// The bit of the control word whose rising edge starts the motion in mode().
+  [[nodiscard]] unsigned StartBit() const { return StartBitOf(mode().value_or(0)); }
+  [[nodiscard]] unsigned StartBitOf(std::int8_t of_mode) const;
   /// The mode that the master selects. 0 in the process data selects none.
   [[nodiscard]] std::optional<std::int8_t> mode_asked() const {
     return mode_mapped.value_or(0) != 0 ? mode_mapped : mode_by_sdo;
@@ -161,6 +165,10 @@ inline constexpr std::int8_t kCyclicTorque = 10;
     default:
       return Quantity::kNone;
   }
+}
+
+inline unsigned AxisView::StartBitOf(std::int8_t of_mode) const {
+  return of_mode == kHoming ? homing_bit : kStartBit;
 }
 
 }  // namespace ecaudit::progress

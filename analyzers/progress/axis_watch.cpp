@@ -23,9 +23,13 @@ void AxisWatch::SetDrive(const device::DriveProfile* drive) {
   drive_ = drive;
   reserved_control_mask_ = level_mask_ = level_ = 0;
   now_.error_bit_differs = false;
+  now_.homing_bit = kStartBit;
   if (drive == nullptr) return;
   for (const device::WordBit& bit : drive->control_bits) {
     reserved_control_mask_ = static_cast<std::uint16_t>(reserved_control_mask_ | bit.reserved);
+  }
+  for (const device::OperationMode& mode : drive->modes) {
+    if (mode.value == kHoming) now_.homing_bit = mode.start_bit.value_or(kStartBit);
   }
   for (const device::WordBit& bit : drive->status_bits) {
     if (bit.bit == kErrorBit && bit.sign != device::BitSign::kNone) now_.error_bit_differs = true;

@@ -130,7 +130,7 @@ void CommandCheck::Step(const AxisView& now, AxisRecords& out) {
   const bool moves = quantity != Quantity::kNone && Of(quantity).changes > 0;
   if (moves || starts_ > 0) wanted_ = true;
   const bool started =
-      NeedsStart(*mode_) ? starts_ > 0 || (*mode_ == kInterpolated && moves && now.Control(kStartBit)) : moves;
+      NeedsStart(*mode_) ? starts_ > 0 || (*mode_ == kInterpolated && moves && now.Control(now.StartBit())) : moves;
   if (started && !(HasHalt(*mode_) && now.Control(kHaltBit))) {
     if (!commanded_.seen()) commanded_ = now.frame;
     last_commanded_ = now.frame;
@@ -142,8 +142,9 @@ void CommandCheck::Step(const AxisView& now, AxisRecords& out) {
 
 void CommandCheck::Start(const AxisView& now, std::int8_t mode, AxisRecords& out) {
   // The word that enables may start as well.
-  if (now.Rises(kStartBit) || (now.state_changed && now.Control(kStartBit) && enabling_seen_ && starts_ == 0 &&
-                               now.control_since.number > 0 && (now.control_before >> kStartBit & 1U) == 0)) {
+  if (now.Rises(now.StartBit()) ||
+      (now.state_changed && now.Control(now.StartBit()) && enabling_seen_ && starts_ == 0 &&
+       now.control_since.number > 0 && (now.control_before >> now.StartBit() & 1U) == 0)) {
     ++starts_;
     ++all_starts_;
     last_start_ = now.frame;
@@ -161,7 +162,7 @@ void CommandCheck::Start(const AxisView& now, std::int8_t mode, AxisRecords& out
   if (goes) out.Drop(AxisFact::kStartMissing);
   const TimeNs limit = homing ? kHomingNs : kStartNs;
 
-  const bool missing = wants && !goes && starts_ == 0 && all_starts_ == 0 && !now.Control(kStartBit);
+  const bool missing = wants && !goes && starts_ == 0 && all_starts_ == 0 && !now.Control(now.StartBit());
   if (const TimeNs held = start_missing_.Hold(missing, now.frame);
       out.IsDue(AxisFact::kStartMissing, start_missing_, held, limit, now.frame)) {
     wanted_ = wanted_ || !homing;
@@ -173,7 +174,7 @@ void CommandCheck::Start(const AxisView& now, std::int8_t mode, AxisRecords& out
   // Interpolation goes on as long as the bit is set. A set point that came after the edge needs another one; while the
   // axis moves, the next one is only prepared.
   const bool behind = position.changed.number > last_start_.number;
-  const bool stands = mode != kInterpolated && now.Control(kStartBit) && enabling_seen_ &&
+  const bool stands = mode != kInterpolated && now.Control(now.StartBit()) && enabling_seen_ &&
                       (homing ? starts_ == 0 && now.mode_seen_to_change : moves && behind && now.Status(kReachedBit));
   if (const TimeNs held = start_stands_.Hold(stands, now.frame);
       out.IsDue(AxisFact::kStartStands, start_stands_, held, limit, now.frame)) {

@@ -84,10 +84,11 @@ void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
   }
 }
 
-/// The drive searches its reference by itself once bit 4 has risen.
+/// The drive searches its reference by itself once bit 4 has risen. A family that starts it by another bit shows its
+/// end by other bits as well.
 void FollowCheck::Homing(const AxisView& now, AxisRecords& out) {
   const auto& actual = now.Actual(Quantity::kPosition);
-  if (!actual) return;
+  if (!actual || now.StartBit() != kStartBit) return;
   if (now.Rises(kStartBit)) {
     begin_.actual = *actual;
     started_ = true;
@@ -172,7 +173,7 @@ void FollowCheck::Profile(const AxisView& now, AxisRecords& out) {
   const auto& target = now.Target(Quantity::kPosition);
   const auto& actual = now.Actual(Quantity::kPosition);
   if (!target || !actual) return;
-  if (now.Rises(kStartBit)) {
+  if (now.Rises(now.StartBit())) {
     const bool relative = now.Control(kRelativeBit);
     begin_ = {relative ? 0 : *actual, *actual};
     goal_ = *target;

@@ -10,6 +10,7 @@
 #include "analyzers/result/coverage.h"
 #include "analyzers/result/cycle_summary.h"
 #include "analyzers/result/dc_summary.h"
+#include "analyzers/result/esi_demand.h"
 #include "analyzers/result/event_summary.h"
 #include "analyzers/result/finding.h"
 #include "analyzers/result/latch_summary.h"
@@ -248,7 +249,8 @@ struct SlaveSummary {
   std::optional<LatchSummary> touch_probe;        ///< 60B8h and 60B9h, where they were seen
   MailboxSummary mailbox;
   EventSummary events;
-  StartupSummary startup;  ///< steps of the master up to OP; `seen` is false where the capture holds none
+  StartupSummary startup;              ///< steps of the master up to OP; `seen` is false where the capture holds none
+  std::vector<EsiDemand> esi_demands;  ///< what its ESI requires of this start-up; empty without an ESI
   std::optional<Reason>
       not_evaluated;  ///< why too little of it was evaluated for the verdict "pass"; unset: enough was
 

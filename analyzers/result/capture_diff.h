@@ -33,8 +33,10 @@ struct Difference {
   std::string in_a, in_b;            ///< "6 bytes, ...", "not done"; never both empty
   FrameNo frame_a = 0, frame_b = 0;  ///< of the first pair; 0: none
   bool consequence = false;          ///< follows from an outcome: steps that a start-up did not come to
+  bool relevant = false;             ///< the refusal of one start-up is about this setting, or a finding cites it
   bool counts = true;                ///< false: worth knowing, and no reason to call the captures different
   int rank = 0;                      ///< for sorting: the smaller, the more important
+  std::size_t place = 0;             ///< likewise, among relevant ones: the likeliest reason of the refusal first
 };
 
 struct CaptureDiff {
@@ -42,6 +44,9 @@ struct CaptureDiff {
   std::vector<Difference> differences;
   std::vector<std::string> notes;  ///< what could not be compared, and why
   std::uint64_t steps_compared = 0;
+  /// Only one start-up of a slave failed at a state: "SAFEOP refused with 0x001d", of the first such slave. Empty: none
+  /// did, or both.
+  std::string failed;
   bool compared = false;  ///< both show something of a start-up or a configuration that can be compared
 
   [[nodiscard]] bool different() const {

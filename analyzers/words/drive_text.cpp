@@ -12,6 +12,7 @@ namespace {
 using device::DriveCommand;
 using device::DriveProfile;
 
+constexpr unsigned kHaltBit = 8;
 constexpr const char* kByRelative = " (by another family of the same maker)";
 
 bool Has(const DriveCommand& command, std::uint8_t number) {
@@ -86,6 +87,24 @@ std::string CommandText(const DriveProfile& drive, const model::DriveCommanded& 
   std::string text = CommandName(drive, event.path, event.before, event.word) + " (control word " + Hex(event.word);
   if (!event.path.empty()) text += ", " + PathText(event.path);
   return text + ")";
+}
+
+std::string EdgesText(const DriveProfile& drive, const model::DriveBits& event) {
+  const device::ModeBits* const mode = BitsOfMode(drive, event.mode);
+  std::string text;
+  for (unsigned bit = 0; bit < 16; ++bit) {
+    if ((event.changed >> bit & 1U) == 0) continue;
+    const bool rises = (event.word >> bit & 1U) != 0;
+    text += (text.empty() ? "bit " : ", bit ") + std::to_string(bit) + (rises ? " rises" : " falls");
+    const auto row = std::find_if(drive.edge_actions.begin(), drive.edge_actions.end(),
+                                  [&](const auto& each) { return each.bit == bit && each.rising == rises; });
+    std::string name = row != drive.edge_actions.end() ? row->action : std::string();
+    if (name.empty() && mode != nullptr)
+      name = bit == 4 ? mode->bit4 : bit == 5 ? mode->bit5 : bit == 6 ? mode->bit6 : "";
+    if (name.empty() && bit == kHaltBit) name = "halt";
+    if (!name.empty()) text += ": " + name;
+  }
+  return text + " (control word " + Hex(event.word) + ")";
 }
 
 std::string StateText(std::optional<device::DriveState> state) {

@@ -20,6 +20,8 @@ namespace ecaudit {
                                       std::optional<std::uint16_t> before, std::uint16_t word);
 /// "Switch on, Enable operation (control word 0x000f, transitions 3 and 4)".
 [[nodiscard]] std::string CommandText(const device::DriveProfile& drive, const model::DriveCommanded& event);
+/// "bit 4 rises: new setpoint (control word 0x001f)"; what each bit is called in the mode, or does by its edge.
+[[nodiscard]] std::string EdgesText(const device::DriveProfile& drive, const model::DriveBits& event);
 /// "Ready to switch on -> Switched on (status word 0x0233, transition 3)".
 [[nodiscard]] std::string StateChangeText(const model::DriveStateChanged& event);
 /// "Fault"; "unknown".

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analyzers/compare/compare_captures.h"
+#include "analyzers/judge/refusal_reasons.h"
 #include "cli/capture_run.h"
 #include "cli/commands/command.h"
 #include "cli/output_file.h"
@@ -30,10 +31,14 @@ class DiffCommand : public Command {
 
   void Declare(OptionSet& options) override {
     run_.options.Declare(options);
+    options.Group("Comparison");
+    options.Flag("--all", all_, "print all differences, also where the settings that a refusal is about lead");
     output_.Declare(options, kDiffFormats);
     options.Footer(
         "\nSlaves are matched by identity and position; values that vary between two runs of one master are not "
-        "compared.\n"
+        "compared.\nWhere only one start-up of a slave is refused a state, the settings that its AL status code is "
+        "about "
+        "lead.\n"
         "With --from and --to both captures are cut. Exit status: 0 no difference, 1 they differ, 2 wrong usage,\n"
         "unreadable input, or nothing that both show.\n"
         "Example: ecaudit diff yesterday.pcapng today.pcapng");
@@ -61,14 +66,14 @@ class DiffCommand : public Command {
 
     const AnalysisResult& a = both.captures[0].result;
     const AnalysisResult& b = both.captures[1].result;
-    const diff::CaptureDiff differences = diff::Compare(a, b, &report::TitleOf);
+    const diff::CaptureDiff differences = diff::Compare(a, b, {&report::TitleOf, &SettingsOfRefusal});
     if (!differences.compared && !differences.different()) {
       std::string why = "nothing to compare: " + run_.jobs()[0].name() + " and " + run_.jobs()[1].name() +
                         " show no start-up and no configuration of the same slave";
       if (!differences.notes.empty()) why += " (" + differences.notes.back() + ")";
       return CaptureRun::Fail(console, Error{std::move(why)});
     }
-    const report::DiffReport report{std::string(Version()), a, b, differences};
+    const report::DiffReport report{std::string(Version()), a, b, differences, all_};
     for (const OutputTarget& target : *targets) {
       const report::TextStyle style = output_.text.Style(console, target.standard());
       const std::string text =
@@ -82,6 +87,7 @@ class DiffCommand : public Command {
  private:
   CaptureRun run_;
   OutputOptions output_;
+  bool all_ = false;
 };
 
 }  // namespace

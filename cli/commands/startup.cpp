@@ -19,6 +19,7 @@
 #include "cli/finding_filter.h"
 #include "cli/output_file.h"
 #include "cli/output_plan.h"
+#include "cli/report/esi_text.h"
 #include "cli/report/sentences.h"
 #include "cli/report/startup_text.h"
 #include "cli/report_output.h"
@@ -112,7 +113,8 @@ class StartupCommand : public Command {
     options.Group("Expectation");
     options.Value("--save", "FILE", save_,
                   "write this start-up as an expectation (JSON); values that vary are left open");
-    options.Value("--expect", "FILE", expect_, "compare with an expectation, or with the init commands of an ENI");
+    options.Value("--expect", "FILE", expect_,
+                  "compare with an expectation, the init commands of an ENI, or what an ESI requires");
     run_.gate.Declare(options);
     output_.Declare(options, NamesOf(report::Formats()));
     output_.text.DeclareTime(options);
@@ -152,7 +154,13 @@ class StartupCommand : public Command {
       if (error) status = Worst(status, CaptureRun::Fail(console, *error));
       if (status == ExitStatus::kUsage) return status;
     }
-    if (expectation_ != nullptr) {
+    if (esi_) {
+      if (const auto error = NothingRequired(capture.result)) return Worst(status, CaptureRun::Fail(console, *error));
+      capture.expectation = *expect_;
+      KeepStartupFindings(capture);
+      for (const SlaveSummary& slave : capture.result.slaves) AddUnmet(slave, capture.unmet);
+      run_.MarkKnown(capture);
+    } else if (expectation_ != nullptr) {
       if (const auto error = NothingCompared(capture.result)) return Worst(status, CaptureRun::Fail(console, *error));
       capture.expectation = *expect_;
       KeepStartupFindings(capture);
@@ -191,12 +199,16 @@ class StartupCommand : public Command {
       return Error{"startup accepts --fail-on, --rule, --require, --baseline and --write-baseline only with --expect"};
     }
     if (expect_) run_.files.Reads(*expect_, kExpectationRole);
+    if (expect_ && IsEsi(*expect_)) {
+      esi_ = true;
+      run_.options.esi.push_back(*expect_);
+    }
     if (auto error = run_.Prepare()) return error;
     if (save_) {
       if (auto error = run_.files.Writes(*save_)) return error;
       if (auto error = CheckSavePath(*save_)) return error;
     }
-    if (!expect_) return std::nullopt;
+    if (!expect_ || esi_) return std::nullopt;
     auto expectation = ReadExpectation(*expect_);
     if (!expectation) return expectation.error();
     expectation_ = std::move(*expectation);
@@ -229,6 +241,22 @@ class StartupCommand : public Command {
     return WriteOutputFile(*save_, WriteExpectation(result));
   }
 
+  /// Likewise for an ESI: of no slave of it a start-up is in the capture.
+  [[nodiscard]] std::optional<Error> NothingRequired(const AnalysisResult& result) const {
+    const std::string& name = run_.jobs().front().name();
+    if (result.slaves.empty()) return Error{name + " shows no slave, so there is nothing to compare"};
+    const auto described = [](const SlaveSummary& slave) { return !slave.esi_demands.empty(); };
+    if (std::any_of(result.slaves.begin(), result.slaves.end(), described)) return std::nullopt;
+    return Error{name + " holds no start-up of a slave that " + *expect_ + " describes, or the ESI requires nothing"};
+  }
+
+  static void AddUnmet(const SlaveSummary& slave, std::vector<std::string>& unmet) {
+    for (const EsiDemand& demand : slave.esi_demands) {
+      if (!demand.unmet()) continue;
+      unmet.push_back("slave " + std::to_string(slave.position) + ": the ESI requires " + report::DemandText(demand));
+    }
+  }
+
   /// A capture that shows no slave's start-up must not pass for one that is as expected.
   [[nodiscard]] std::optional<Error> NothingCompared(const AnalysisResult& result) const {
     const startup::Comparison comparison = startup::Compare(*expectation_, result);
@@ -256,6 +284,7 @@ class StartupCommand : public Command {
   OutputOptions output_;
   std::optional<std::string> save_, expect_;
   std::shared_ptr<const startup::Expectation> expectation_;
+  bool esi_ = false;  ///< the expectation is an ESI file
 };
 
 }  // namespace

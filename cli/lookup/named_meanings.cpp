@@ -40,14 +40,23 @@ bool IsPrintedAsName(std::string_view word) {
   return (any(upper) && !any(lower)) || (any(digit) && (any(upper) || any(lower)));
 }
 
-/// True where `text` has `name` as a whole word that is printed as a name.
+/// "SAMPLEPERIOD" of "FBUS.SAMPLEPERIOD": most write it alone.
+std::string_view WithoutGroup(std::string_view word) {
+  const std::size_t point = word.rfind('.');
+  return point == std::string_view::npos ? word : word.substr(point + 1);
+}
+
+/// True where `text` has `name` as a whole word that is printed as a name. Without its group, as "WINDOW", it could be
+/// a word of a sentence as well, unless it is typed as a name.
 bool MentionsName(std::string_view text, std::string_view name) {
   for (auto begin = text.begin(); begin != text.end();) {
     begin = std::find_if(begin, text.end(), IsNameLetter);
     const auto end = std::find_if_not(begin, text.end(), IsNameLetter);
     std::string_view word(begin, end);
     while (word.ends_with('.')) word.remove_suffix(1);  // of the sentence
-    if (SameText(word, name) && IsPrintedAsName(word)) return true;
+    if ((SameText(word, name) || (IsPrintedAsName(name) && SameText(WithoutGroup(word), name))) &&
+        IsPrintedAsName(word))
+      return true;
     begin = end;
   }
   return false;

@@ -40,6 +40,7 @@ foreach(document IN LISTS documents ITEMS ${PROJECT_SOURCE_DIR}/README.md)
   file(WRITE ${CMAKE_BINARY_DIR}/packaging/documents/${name} "${text}")
   install(FILES ${CMAKE_BINARY_DIR}/packaging/documents/${name} DESTINATION ${doc})
 endforeach()
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ci DESTINATION ${doc})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/samples/captures ${PROJECT_SOURCE_DIR}/samples/descriptions
                   ${PROJECT_SOURCE_DIR}/samples/families
         DESTINATION ${doc}/examples)

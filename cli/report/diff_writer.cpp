@@ -46,16 +46,41 @@ class DiffText {
     for (const diff::Difference& d : all) {
       if (d.area == diff::Area::kOutcome) Outcome(d);
     }
-    Section(different && HasOutcome() ? "What is done differently, the most important first" : "Differences",
-            [](const diff::Difference& d) {
-              return d.counts && !d.consequence && d.area != diff::Area::kOutcome && d.area != diff::Area::kFinding &&
-                     d.area != diff::Area::kBus;
-            });
-    Section("Findings in one of them only", [](const diff::Difference& d) { return d.area == diff::Area::kFinding; });
-    Section("What follows from it: steps the other start-up did not come to",
-            [](const diff::Difference& d) { return d.consequence; });
-    Section("Does not count: times, devices, layout",
-            [](const diff::Difference& d) { return !d.counts && d.area != diff::Area::kFinding; });
+    const auto is_setting = [](const diff::Difference& d) {
+      return d.counts && !d.consequence && d.area != diff::Area::kOutcome && d.area != diff::Area::kFinding &&
+             d.area != diff::Area::kBus;
+    };
+    const auto is_finding = [](const diff::Difference& d) { return d.area == diff::Area::kFinding; };
+    const auto is_consequence = [](const diff::Difference& d) { return d.consequence; };
+    const auto is_no_difference = [](const diff::Difference& d) {
+      return !d.counts && d.area != diff::Area::kFinding && !d.consequence;
+    };
+    const bool leads =
+        std::any_of(all.begin(), all.end(), [&](const diff::Difference& d) { return d.relevant && is_setting(d); });
+    if (leads) {
+      Section(OneLine(report_.diff.failed) + ": what it is about, the likeliest reason first",
+              [&](const diff::Difference& d) { return d.relevant && is_setting(d); });
+    }
+    const bool fold = leads && !report_.all;
+    if (!fold) {
+      Section(leads                       ? "What else is done differently"
+              : different && HasOutcome() ? "What is done differently, the most important first"
+                                          : "Differences",
+              [&](const diff::Difference& d) { return !d.relevant && is_setting(d); });
+    }
+    Section("Findings in one of them only", is_finding);
+    if (!fold) {
+      Section("What follows from it: steps the other start-up did not come to", is_consequence);
+      Section("Does not count: times, devices, layout", is_no_difference);
+    } else {
+      const auto left = std::count_if(all.begin(), all.end(), [&](const diff::Difference& d) {
+        return (is_setting(d) && !d.relevant) || is_consequence(d) || is_no_difference(d);
+      });
+      if (left > 0) {
+        text_.Line();
+        text_.Line(Count(static_cast<std::uint64_t>(left), "further difference") + " not shown; --all shows them");
+      }
+    }
     if (!report_.diff.notes.empty()) {
       text_.Line();
       text_.Line(text_.Styled("Not compared", Style::kBold));
@@ -160,6 +185,7 @@ void PutDifference(JsonObject& out, const diff::Difference& d) {
   out.Put("b", Printable(d.in_b));
   out.Frame("frame_a", d.frame_a);
   out.Frame("frame_b", d.frame_b);
+  out.Put("relevant", d.relevant);
   out.Put("consequence", d.consequence);
   out.Put("counts", d.counts);
 }
@@ -178,6 +204,7 @@ std::string WriteDiffJson(const DiffReport& report) {
     out.Object("b", [&](JsonObject& json) { PutDiffCapture(json, report.b); });
     out.Put("different", report.diff.different());
     out.Put("steps_compared", report.diff.steps_compared);
+    out.TextOrNull("failed", Printable(report.diff.failed));
     out.List("slaves", report.diff.pairs, PutPair);
     out.List("differences", report.diff.differences, PutDifference);
     out.Array("notes", [&](JsonArray& notes) {

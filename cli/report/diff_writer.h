@@ -14,6 +14,7 @@ struct DiffReport {
   const AnalysisResult& a;
   const AnalysisResult& b;
   const diff::CaptureDiff& diff;
+  bool all = false;  ///< text: also what a refusal is not about
 };
 
 /// The most important differences are in the first lines.

@@ -1,3 +1,4 @@
+#include "cli/report/esi_text.h"
 #include "cli/report/json_sections.h"
 #include "cli/report/json_text.h"
 #include "cli/report/times.h"
@@ -118,6 +119,7 @@ void PutSlave(JsonObject& out, const AnalysisResult& result, const SlaveSummary&
     PutLadder(json, "progress", result, axis.ladder);
   });
   PutStartup(out, "startup", result, s.startup, &alike);
+  PutEsiDemands(out, s);
   out.List("sync_managers", s.sync_managers, PutSyncManager);
   out.List("fmmus", s.fmmus, PutFmmu);
   out.Object("pdo", [&](JsonObject& json) { PutPdos(json, s.rx_pdo, s.tx_pdo); });

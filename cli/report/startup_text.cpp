@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analyzers/result/further_startups.h"
+#include "cli/report/esi_text.h"
 #include "cli/report/layout.h"
 #include "cli/report/progress_text.h"
 #include "cli/report/times.h"
@@ -82,6 +83,11 @@ class CaptureStartup {
   }
 
   void Slave(const SlaveSummary& slave) {
+    Phases(slave);
+    WriteEsiDemands(slave, text_);
+  }
+
+  void Phases(const SlaveSummary& slave) {
     const StartupSummary& startup = slave.startup;
     text_.Line();
     std::string head = ": ";
@@ -144,6 +150,7 @@ std::string Compared(const CaptureReport& capture, const TextStyle& style) {
                      Count(capture.result.slaves.size(), "slave") +
                      " in this capture. Without --expect, ecaudit startup shows them all.",
                  0);
+  for (const SlaveSummary& slave : capture.result.slaves) WriteEsiDemands(slave, text);
   if (const FrameNo next = startup::NextStartup(capture.result); next != 0) {
     text.Paragraph("The master starts slaves again from frame " + std::to_string(next) +
                        " on. Compared is the start-up before it; --from '#" + std::to_string(next) +

@@ -57,11 +57,11 @@ void EventWriter::Begin(Observation& observation, const StreamContext& context) 
   model_ = &observation.model();
   observation.bus()
       .ListenTo<track::SlaveAccess, track::Answered, model::EventBitChanged, model::LatchStep, model::LatchMisuse,
-                model::DriveCommanded, model::DriveStateChanged, model::DriveMode, model::DriveWarning,
-                model::DriveFaultExplained, track::EepromError, mailbox::MailboxMessage, mailbox::MailboxRefused,
-                mailbox::MailboxReadLost, mailbox::MailboxRepeatRequest, mailbox::MailboxUnanswered,
-                mailbox::MailboxErrorReply, mailbox::SdoTransfer, mailbox::SdoUnexpected, mailbox::EoeFrame,
-                mailbox::EoeControl, mailbox::FoeTransfer, mailbox::SoeMessage, mailbox::AoeMessage,
+                model::DriveCommanded, model::DriveBits, model::DriveStateChanged, model::DriveMode,
+                model::DriveWarning, model::DriveFaultExplained, track::EepromError, mailbox::MailboxMessage,
+                mailbox::MailboxRefused, mailbox::MailboxReadLost, mailbox::MailboxRepeatRequest,
+                mailbox::MailboxUnanswered, mailbox::MailboxErrorReply, mailbox::SdoTransfer, mailbox::SdoUnexpected,
+                mailbox::EoeFrame, mailbox::EoeControl, mailbox::FoeTransfer, mailbox::SoeMessage, mailbox::AoeMessage,
                 mailbox::VoeMessage>(Stage::kBeforeModel, *this);
   // Shown with what the model makes of them: names, families, mappings.
   observation.bus()
@@ -196,9 +196,15 @@ void EventWriter::On(const track::AlRequest& event) {
   row.Frame("returned_frame", event.returned);
   row.text = state + " requested";
   if (event.control.bit4()) row.text += ", error acknowledged";
+  if (event.control.identification()) row.text += ", identification requested";
+  row.text += OtherBitsText(event.control);
   if (event.broadcast) row.text += ", by broadcast";
   row.Note(NoteOf(event.acceptance));
   if (event.acceptance == track::Acceptance::kRefused) row.style = report::Style::kWarning;
+}
+
+std::string EventWriter::OtherBitsText(esc::AlWord word) {
+  return word.other_bits() != 0 ? ", reserved bits " + Hex(word.other_bits()) : "";
 }
 
 std::string EventWriter::AlText(esc::AlWord status, bool echo) {
@@ -232,6 +238,7 @@ void EventWriter::WriteAlState(SlaveId slave, const FrameRef& frame, esc::AlWord
   row.TextOrNull("status_code_text", code_text);
   const bool same = before && before->raw == status.raw;
   row.text = (before && !same ? AlText(*before, from_echo) + " -> " : "") + AlText(status, echo);
+  row.text += OtherBitsText(status);
   if (!code_text.empty()) row.text += ": " + code_text;
   if (!error_bit_known) row.Note("error bit not known, read by broadcast");
   if (status.bit4() && !echo) row.style = report::Style::kError;

@@ -41,6 +41,7 @@ class EventWriter final : public LineWriter {
   // Drives.
   void On(const model::DriveCommanded& event);
   void On(const model::DriveStateChanged& event);
+  void On(const model::DriveBits& event);
   void On(const model::DriveMode& event);
   void On(const model::DriveWarning& event);
   void On(const model::DriveFaultExplained& event);
@@ -86,6 +87,8 @@ class EventWriter final : public LineWriter {
   void WriteClock(const track::SlaveAccess& access);
   void WriteAlState(SlaveId slave, const FrameRef& frame, esc::AlWord status, const std::optional<esc::AlWord>& before,
                     std::optional<std::uint16_t> code, bool error_bit_known);
+  /// ", reserved bits 0x0100", or nothing
+  [[nodiscard]] static std::string OtherBitsText(esc::AlWord word);
   /// "PREOP+ERR", "INIT (acknowledge echoed)"
   [[nodiscard]] static std::string AlText(esc::AlWord status, bool echo);
   /// A code that was read apart from the state it explains.

@@ -68,6 +68,18 @@ void EventWriter::On(const model::DriveCommanded& event) {
   WriteDrive(event.slave, event.frame, line);
 }
 
+void EventWriter::On(const model::DriveBits& event) {
+  if (!output_->Wants(EventType::kDriveState, event.frame, event.slave)) return;
+  DriveLine line;
+  line.kind = "bits";
+  line.axis = event.axis;
+  line.word = event.word;
+  line.by_sdo = event.by_sdo;
+  line.inferred = event.inferred;
+  line.text = EdgesText(*ProfileOf(event.slave)->drive, event);
+  WriteDrive(event.slave, event.frame, line);
+}
+
 void EventWriter::On(const model::DriveStateChanged& event) {
   if (!output_->Wants(EventType::kDriveState, event.frame, event.slave)) return;
   DriveLine line;

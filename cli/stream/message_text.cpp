@@ -1,6 +1,7 @@
 #include "cli/stream/message_text.h"
 
 #include "decoder/base/text.h"
+#include "decoder/mailbox/diagnosis_message.h"
 #include "decoder/mailbox/eoe.h"
 #include "decoder/mailbox/error_reply.h"
 #include "decoder/mailbox/foe.h"
@@ -36,6 +37,13 @@ std::string EntryText(const SdoMessage& sdo, bool written) {
   return std::string(written ? ", maps " : ": ") + what + ", " + std::to_string(entry.bits) + " bit";
 }
 
+/// ": error, diag code 0x...": a whole message of the diagnosis history; "" for all else.
+std::string DiagnosisOf(const SdoMessage& sdo) {
+  if (!sdo.has_object || sdo.complete_access || !IsDiagnosisMessage(sdo.index, sdo.subindex)) return {};
+  if (sdo.data.size() < kDiagnosisHeaderBytes || (sdo.size && *sdo.size > sdo.data.size())) return {};
+  return ": " + DiagnosisText(ParseDiagnosisMessage(sdo.data));
+}
+
 std::string SdoText(const SdoMessage& sdo) {
   if (sdo.too_short) return "too short";
   const std::string object = sdo.has_object ? " " + ObjectName(sdo.index, sdo.subindex) : "";
@@ -52,7 +60,8 @@ std::string SdoText(const SdoMessage& sdo) {
     case SdoKind::kUploadInitiate: {
       if (request) return "upload" + object + access;
       const bool all = sdo.expedited || !sdo.size || *sdo.size <= sdo.data.size();
-      return "upload" + object + access + bytes + (all ? "" : " of " + Grouped(*sdo.size)) + EntryText(sdo, false);
+      return "upload" + object + access + bytes + (all ? "" : " of " + Grouped(*sdo.size)) + EntryText(sdo, false) +
+             DiagnosisOf(sdo);
     }
     case SdoKind::kDownloadSegment:
       return "download segment" + (request ? bytes : "") + toggle + (request && sdo.last ? ", last" : "");

@@ -17,8 +17,8 @@ using Json = nlohmann::json;
 /// What the parser calls. One interface for all that listen, so that the parser is compiled once.
 using Sax = nlohmann::json_sax<Json>;
 
-bool Parse(std::string_view text, Sax& listener) {
-  return Json::sax_parse(text, &listener);
+bool Parse(std::string_view text, Sax& listener, Json::input_format_t format = Json::input_format_t::json) {
+  return Json::sax_parse(text, &listener, format);
 }
 
 /// Builds the document in one pass. The library's own builder does not report where and why it fails without
@@ -225,6 +225,14 @@ JsonReading ReadJson(std::string_view text, std::size_t max_depth, std::string_v
   if (read) reading.document.emplace(std::move(tree));
   if (!read && reading.problem.empty()) reading.problem = "not a JSON document";
   return reading;
+}
+
+std::optional<JsonDocument> ReadCbor(std::string_view cbor) {
+  constexpr std::size_t kMostNested = 64;
+  auto tree = std::make_shared<JsonTree>();
+  Builder builder(*tree, kMostNested, {});
+  if (!Parse(cbor, builder, Json::input_format_t::cbor)) return std::nullopt;
+  return JsonDocument(std::move(tree));
 }
 
 bool StreamJson(std::string_view text, JsonListener& listener) {

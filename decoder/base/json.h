@@ -91,6 +91,9 @@ inline constexpr std::size_t kAnyJsonDepth = static_cast<std::size_t>(-1);
 [[nodiscard]] JsonReading ReadJson(std::string_view text, std::size_t max_depth = kAnyJsonDepth,
                                    std::string_view stop_after = {});
 
+/// Reads what CborOf() wrote (cbor.h); nothing when it is no such document.
+[[nodiscard]] std::optional<JsonDocument> ReadCbor(std::string_view cbor);
+
 /// Receives a document part by part, in the order in which it is written.
 class JsonListener {
  public:

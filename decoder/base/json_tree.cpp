@@ -78,12 +78,6 @@ void JsonTree::End() {
   Add(open.node);
 }
 
-JsonNode* JsonTree::RoomFor(std::size_t children) {
-  auto* const room = static_cast<JsonNode*>(Take(children * sizeof(JsonNode)));
-  std::uninitialized_default_construct_n(room, children);
-  return room;
-}
-
 void JsonTree::SortMembers(std::size_t first) {
   const auto begin = waiting_.begin() + static_cast<std::ptrdiff_t>(first);
   const std::size_t count = waiting_.size() - first;

@@ -59,10 +59,6 @@ class JsonTree {
   void Begin(JsonType type);
   void End();
 
-  /// Instead of all that: the root at once, with children that lie in this room (or nowhere).
-  void SetRoot(const JsonNode& root) { root_ = root; }
-  [[nodiscard]] JsonNode* RoomFor(std::size_t children);
-
  private:
   struct Open {
     JsonNode node;

@@ -124,7 +124,8 @@ struct OperationMode {
   std::optional<std::int32_t> opmode;          ///< DRV.OPMODE that goes with it
   std::optional<std::int32_t> cmdsource;       ///< DRV.CMDSOURCE that goes with it
   std::optional<std::int32_t> printed_opmode;  ///< where print is read otherwise
-  std::vector<ObjectAddress> setpoints;  ///< its set point is one of these objects; empty: not documented, or none
+  std::optional<std::uint8_t> start_bit;  ///< of the control word: its rising edge starts the motion; unset: as CiA 402
+  std::vector<ObjectAddress> setpoints;   ///< its set point is one of these objects; empty: not documented, or none
   std::string note;
   std::string source;
 };

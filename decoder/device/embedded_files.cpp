@@ -56,11 +56,11 @@ std::string_view EmbeddedProfileText(std::string_view name) {
   return Stored(QStringLiteral(":/ecaudit/profiles/"), name, QStringLiteral(".json"));
 }
 
-std::string_view EmbeddedPackedProfile(std::string_view name) {
-  return Stored(QStringLiteral(":/ecaudit/packed/"), name, QStringLiteral(".packed"));
+std::string_view EmbeddedProfileCbor(std::string_view name) {
+  return Stored(QStringLiteral(":/ecaudit/packed/"), name, QStringLiteral(".cbor"));
 }
 
-std::string_view EmbeddedPackedHead(std::string_view name) {
+std::string_view EmbeddedHeadCbor(std::string_view name) {
   return Stored(QStringLiteral(":/ecaudit/packed/"), name, QStringLiteral(".head"));
 }
 

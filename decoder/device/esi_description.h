@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "decoder/base/ids.h"
@@ -56,8 +57,9 @@ struct EsiDetails {
   /// CoE features; unset where the file does not state them.
   std::optional<bool> pdo_assign, pdo_config;
   StateTimeouts timeouts;
-  std::optional<EsiSlots> slot_rules;  ///< a modular device
-  bool modules_known = false;          ///< PDOs and objects of the modules in its slots are part of the description
+  std::vector<std::pair<EscAddress, std::uint16_t>> watchdogs;  ///< registers 0x0400, 0x0410, 0x0420 (ESC/Reg0420)
+  std::optional<EsiSlots> slot_rules;                           ///< a modular device
+  bool modules_known = false;  ///< PDOs and objects of the modules in its slots are part of the description
 
   /// PDOs of modules are missing, so that what the file assigns by itself is not all of it.
   [[nodiscard]] bool misses_modules() const { return slot_rules && !modules_known; }

@@ -36,6 +36,7 @@ struct EsiModule {
 struct EsiSlots {
   std::uint16_t pdo_increment = 0;    ///< of a PDO's index from slot to slot
   std::uint16_t index_increment = 0;  ///< of an object's index from slot to slot
+  bool download_idents = false;       ///< the master has to write the list of modules (F030h)
   /// All modules of the file, by ident; shared by its devices. Never null.
   std::shared_ptr<const std::vector<EsiModule>> modules;
 

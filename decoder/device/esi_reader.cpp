@@ -1,6 +1,7 @@
 #include "decoder/device/esi_reader.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <set>
@@ -170,7 +171,23 @@ class EsiParser {
     slot_rules.emplace();
     slot_rules->pdo_increment = xml_.NumberAttribute<std::uint16_t>("SlotPdoIncrement").value_or(0);
     slot_rules->index_increment = xml_.NumberAttribute<std::uint16_t>("SlotIndexIncrement").value_or(0);
+    slot_rules->download_idents = xml_.Flag("DownloadModuleIdentList");
     xml_.Skip();
+  }
+
+  /// <ESC><Reg0420>1000</Reg0420></ESC>: what the registers have to be set to.
+  void ReadController(EsiDetails& esi) {
+    constexpr std::pair<std::string_view, EscAddress> kRegisters[] = {
+        {"Reg0400", 0x0400}, {"Reg0410", 0x0410}, {"Reg0420", 0x0420}};
+    while (xml_.NextChild()) {
+      const auto* known = std::find_if(std::begin(kRegisters), std::end(kRegisters),
+                                       [&](const auto& row) { return row.first == xml_.name(); });
+      if (known == std::end(kRegisters) || esi.watchdogs.size() >= std::size(kRegisters)) {
+        xml_.Skip();
+      } else {
+        esi.watchdogs.emplace_back(known->second, xml_.Number<std::uint16_t>());
+      }
+    }
   }
 
   void ReadDevice() {
@@ -205,6 +222,8 @@ class EsiParser {
         ReadDc(*device.esi);
       } else if (name == "Slots") {
         ReadSlots(device.esi->slot_rules);
+      } else if (name == "ESC") {
+        ReadController(*device.esi);
       } else {
         xml_.Skip();
       }

@@ -1,4 +1,4 @@
-// Run while the program is built: PROFILE.json TARGET writes TARGET.packed, TARGET.head and TARGET.objects. Silent; the
+// Run while the program is built: PROFILE.json TARGET writes TARGET.cbor, TARGET.head and TARGET.objects. Silent; the
 // exit status reports it.
 #include <charconv>
 #include <cstdint>
@@ -9,8 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "decoder/base/cbor.h"
 #include "decoder/base/json.h"
-#include "decoder/base/packed_json.h"
 #include "decoder/device/profile_reader.h"
 
 namespace {
@@ -54,8 +54,8 @@ int main(int count, char** arguments) {
   const std::string text(std::istreambuf_iterator<char>(file), {});
   const std::string target = arguments[2];
   const std::optional<std::string> objects = ObjectsIn(text);
-  const bool written = objects && Write(target + ".packed", ecaudit::PackJson(text)) &&
-                       Write(target + ".head", ecaudit::PackJson(text, ecaudit::device::kHeadKeys)) &&
+  const bool written = objects && Write(target + ".cbor", ecaudit::CborOf(text)) &&
+                       Write(target + ".head", ecaudit::CborOf(text, ecaudit::device::kHeadKeys)) &&
                        Write(target + ".objects", *objects, true);
   return written ? 0 : 1;
 }

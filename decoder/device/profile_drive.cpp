@@ -156,6 +156,7 @@ static void Read(const Cursor& cursor, OperationMode& out) {
   object.Allow("opmode", out.opmode);
   object.Allow("cmdsource", out.cmdsource);
   object.Allow("printed_opmode", out.printed_opmode);
+  object.Allow("start_bit", out.start_bit);
   object.Allow("setpoints", out.setpoints);
   FinishRow(object, cursor, out.note, out.source);
 }

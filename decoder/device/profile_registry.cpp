@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "decoder/base/bytes.h"
-#include "decoder/base/packed_json.h"
+#include "decoder/base/json.h"
 #include "decoder/base/text.h"
 #include "decoder/device/description_file.h"
 #include "decoder/device/embedded_files.h"
@@ -44,7 +44,7 @@ const std::vector<ProfileHead>& BuiltinHeads() {
   static const std::vector<ProfileHead> heads = [] {
     std::vector<ProfileHead> read;
     for (const std::string& name : BuiltinProfileNames()) {
-      const std::optional<JsonDocument> document = UnpackJson(EmbeddedPackedHead(name));
+      const std::optional<JsonDocument> document = ReadCbor(EmbeddedHeadCbor(name));
       if (!document) continue;
       if (Result<ProfileHead> head = ReadProfileHead(*document)) read.push_back(std::move(*head));
     }
@@ -97,7 +97,7 @@ const DeviceDescription* BuiltinProfile(std::string_view name) {
   Builtin& builtin = it->second;
   std::call_once(builtin.once, [&] {
     // Tests parse every built-in profile, so a failure cannot ship; an "extends" cycle would hang here.
-    const std::optional<JsonDocument> document = UnpackJson(EmbeddedPackedProfile(name));
+    const std::optional<JsonDocument> document = ReadCbor(EmbeddedProfileCbor(name));
     if (!document) return;
     Result<DeviceDescription> read = ReadProfile(*document, BuiltinProfile);
     if (read) builtin.description = std::make_unique<const DeviceDescription>(std::move(*read));

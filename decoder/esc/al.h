@@ -30,7 +30,7 @@ enum class AlState : std::uint8_t {
 /// Reads what StateName() writes; 0 for any other text.
 [[nodiscard]] std::uint8_t StateFromName(std::string_view name);
 
-/// The low byte of AL Control or AL Status.
+/// AL Control or AL Status.
 struct AlWord {
   std::uint16_t raw = 0;
   [[nodiscard]] std::uint8_t state() const { return raw & 0x0FU; }
@@ -38,6 +38,8 @@ struct AlWord {
   [[nodiscard]] bool bit4() const { return (raw & 0x10U) != 0; }
   /// AL Control: identification requested. AL Status: identification is in 0x0134.
   [[nodiscard]] bool identification() const { return (raw & 0x20U) != 0; }
+  /// Bits 6 to 15: reserved, or of the application of the slave.
+  [[nodiscard]] std::uint16_t other_bits() const { return raw & 0xFFC0U; }
 };
 
 /// Name of a standard AL status code (ETG.1000.6 table 11, ETG.1020), "" when it has none.

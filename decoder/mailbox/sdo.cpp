@@ -95,7 +95,10 @@ void ParseAbort(ByteSpan sdo, SdoMessage& message) {
   if (!AbortCodeText(next).empty()) message.displaced_abort_code = next;
 }
 
-SdoKind KindOf(std::uint8_t specifier, Direction direction) {
+}  // namespace
+
+SdoKind KindOf(std::uint8_t command, Direction direction) {
+  const unsigned specifier = command >> 5U;
   constexpr SdoKind kRequests[] = {SdoKind::kDownloadSegment, SdoKind::kDownloadInitiate, SdoKind::kUploadInitiate,
                                    SdoKind::kUploadSegment, SdoKind::kAbort};
   constexpr SdoKind kResponses[] = {SdoKind::kUploadSegment, SdoKind::kDownloadSegment, SdoKind::kUploadInitiate,
@@ -103,8 +106,6 @@ SdoKind KindOf(std::uint8_t specifier, Direction direction) {
   if (specifier > 4) return SdoKind::kReserved;
   return direction == Direction::kOut ? kRequests[specifier] : kResponses[specifier];
 }
-
-}  // namespace
 
 SdoMessage ParseSdo(ByteSpan sdo, Direction direction) {
   SdoMessage message;
@@ -115,7 +116,7 @@ SdoMessage ParseSdo(ByteSpan sdo, Direction direction) {
   }
   const bool request = direction == Direction::kOut;
   message.command = sdo[0];
-  message.kind = KindOf(static_cast<std::uint8_t>(message.command >> 5U), direction);
+  message.kind = KindOf(message.command, direction);
   if (message.kind != SdoKind::kDownloadSegment && message.kind != SdoKind::kUploadSegment) {
     message.has_object = true;
     message.too_short = sdo.size() < 4;

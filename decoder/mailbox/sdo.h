@@ -26,6 +26,9 @@ enum class SdoKind : std::uint8_t {
   kReserved,  ///< command specifiers 5-7 (block transfer of CANopen), not used with EtherCAT
 };
 
+/// What the command byte makes the message.
+[[nodiscard]] SdoKind KindOf(std::uint8_t command, Direction direction);
+
 struct SdoMessage {
   SdoKind kind = SdoKind::kReserved;
   Direction direction = Direction::kOut;  ///< kOut: request; kIn: response

@@ -69,6 +69,8 @@ class Explain(CliTest):
             "n17": "warning n17",
             "F17": "printed F17 here",
             "FBUS.PARAM05": "faults reset only by control word bit 7",
+            "PARAM05": "faults reset only by control word bit 7",
+            "SAMPLEPERIOD": "a multiple of 62500 ns",
             "DRV.NAME": "object 2031h:0",
             "STRINGS.STOSTATUS": "safe torque off of the strings",
         }.items():

@@ -555,6 +555,37 @@ class StartupCaptures(StartupTest):
         self.assertIn("startup-value", rules)
 
 
+class EsiRequirements(StartupTest):
+    ESI = """<EtherCATInfo><Vendor><Id>106</Id><Name>Acme</Name></Vendor><Descriptions><Devices><Device Physics="YY">
+      <Type ProductCode="#x5E42" RevisionNo="1">AS</Type><Name>AS</Name>
+      <Mailbox><CoE><InitCmd><Transition>PS</Transition><Index>#x6060</Index><SubIndex>0</SubIndex><Data>%s</Data>
+      </InitCmd></CoE></Mailbox>%s</Device></Devices></Descriptions></EtherCATInfo>"""
+
+    def expect(self, data, more="", status=0, *arguments):
+        path = self.file("device.esi.xml", self.ESI % (data, more))
+        done = self.run_program("startup", "--expect", path, *arguments, self.good)
+        self.assertEqual(done.returncode, status, f"{done.out}\n{done.err}")
+        return done.out
+
+    def test_all_met(self):
+        self.assertRegex(self.expect("07"), r"done +download of 6060h:0 Modes of operation \(PS\) = 7")
+
+    def test_another_value(self):
+        self.assertRegex(self.expect("08", status=1), r"differs +download of 6060h:0 .* = 8.*; the\s+capture shows 7")
+
+    def test_a_register_that_is_never_written(self):
+        out = self.expect("07", "<ESC><Reg0420>2000</Reg0420></ESC>", 1)
+        self.assertRegex(out, r"missing +register 0x0420 \(watchdog\) = 0x07d0")
+        # Near miss: what the slave controller has after power-on.
+        self.expect("07", "<ESC><Reg0420>1000</Reg0420></ESC>")
+
+    def test_json(self):
+        document = json.loads(self.expect("08", "", 1, "--format", "json"))
+        validate(document, SCHEMA)
+        demands = document["reports"][0]["slaves"][0]["esi_demands"]
+        self.assertEqual([(d["kind"], d["status"]) for d in demands], [("init-command", "differs")])
+
+
 class Diff(StartupTest):
     def diff(self, a, b, *arguments, status=1):
         done = self.run_program("diff", *arguments, a, b)
@@ -584,6 +615,47 @@ class Diff(StartupTest):
         self.assertEqual(len(steps), 1, steps)
         self.assertIn("60C2h:1", steps[0]["what"])
         self.assertEqual((steps[0]["a"], steps[0]["b"]), ("done", "not done"))
+
+    def test_what_the_refusal_is_about_leads(self):
+        good, bad = SAMPLES / "clean-startup.pcapng", SAMPLES / "pdo-unsupported.pcapng"
+        for a, b in ((good, bad), (bad, good)):
+            out = self.diff(a, b).out
+            lead = out.split("SAFEOP refused with 0x0017: what it is about, the likeliest reason first\n")[1]
+            lead, rest = lead.split("\n\n", 1)
+            headings = [line for line in lead.splitlines() if line.startswith("  slave")]
+            self.assertEqual(len(headings), 2, lead)
+            self.assertIn("write of SM2", headings[0])
+            self.assertIn("download of 1C12h:0", headings[1])
+            self.assertRegex(rest, r"\n\d+ further differences not shown; --all shows them\n")
+            self.assertNotIn("What else", out)
+
+    def test_all_prints_the_rest(self):
+        good, bad = SAMPLES / "clean-startup.pcapng", SAMPLES / "pdo-unsupported.pcapng"
+        out = self.diff(good, bad, "--all").out
+        self.assertIn("SAFEOP refused with 0x0017: what it is about", out)
+        self.assertIn("What else is done differently", out)
+        self.assertNotIn("--all shows them", out)
+        # What the master does after the refusal is no reason of it.
+        lead, rest = out.split("What else is done differently")
+        self.assertNotIn("all 0", lead)
+        self.assertIn("all 0", rest)
+
+    def test_relevant_settings_in_json(self):
+        document = json.loads(self.diff(SAMPLES / "clean-startup.pcapng", SAMPLES / "pdo-unsupported.pcapng",
+                                        "--format", "json").out)
+        validate(document, DIFF_SCHEMA)
+        self.assertEqual(document["failed"], "SAFEOP refused with 0x0017")
+        self.assertEqual([d["relevant"] for d in document["differences"] if d["relevant"]], [True, True])
+        self.assertGreater(len(document["differences"]), 10)
+
+    def test_without_a_refusal_nothing_is_folded(self):
+        out = self.diff(SAMPLES / "clean-startup.pcapng", SAMPLES / "pdo-length-mismatch.pcapng").out
+        self.assertIn("\nDifferences\n", out)
+        self.assertNotIn("not shown", out)
+
+    def test_a_refusal_in_both_leads_nothing(self):
+        self.assertNotIn("what it is about",
+                         self.diff(SAMPLES / "pdo-unsupported.pcapng", SAMPLES / "pdo-assign-order.pcapng").out)
 
     def test_slaves_before_all_else(self):
         samples = SOURCE / "samples" / "captures"

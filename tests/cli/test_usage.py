@@ -39,6 +39,19 @@ class Usage(CliTest):
     def test_no_command(self):
         self.assertIn("ecaudit --help", self.one_error())
 
+    def test_no_command_on_a_terminal(self):
+        leader, terminal = os.openpty()
+        done = subprocess.run([PROGRAM], stdout=terminal, stderr=terminal, stdin=subprocess.DEVNULL)
+        os.close(terminal)
+        page = os.read(leader, 4096).decode()
+        os.close(leader)
+        self.assertEqual(done.returncode, 2)
+        commands = re.findall(r"^  ecaudit ([a-z]+) ", page, re.M)
+        self.assertEqual(commands, ["check", "batch", "explain"])
+        self.assertIn("ecaudit --help", page)
+        for name in re.search(r"register: (.*)", page).group(1).strip().split(", "):
+            self.assertEqual(self.run_program("explain", name).returncode, 0, name)
+
     def test_unknown_command(self):
         self.assertEqual(self.one_error("chek"), "unknown command 'chek' (did you mean 'check'?)")
         self.assertIn("--help", self.one_error("wibble"))

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "analyzers/judge/esi_notes.h"
 #include "analyzers/judge/init_command_watch.h"
 #include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/refusal_reasons.h"
@@ -22,7 +23,7 @@ constexpr FindingKind kRefused{
     .name = "refused",
     .title =
         R"([{?reason}{requested} refused with {al_status_code:number}: [{?reason_inferred}maybe
-]{reason}][{!reason}{requested} refused[ in {state_before}][ with AL status code {al_status_code}]])",
+]{reason}[ in slot {slot}]][{!reason}{requested} refused[ in {state_before}][ with AL status code {al_status_code}]])",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. From {frame} on AL Status is {al_status:number} ({al_status}).[ The AL status code (0x0134) is
 {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the slave
@@ -83,7 +84,10 @@ constexpr NoteKind kMayBeOlder{
         "The error may be older: the master did not read AL Status between the start of the capture and the request."};
 
 constexpr const FindingKind* kKinds[] = {&kRefused, &kNotAcknowledged, &kRefusedOnBus};
-constexpr const NoteKind* kOwnNotes[] = {&kInitCommandsMissing, &kNoEdge, &kOtherResult, &kMayBeOlder};
+constexpr const NoteKind* kOwnNotes[] = {&kInitCommandsMissing, &kEsiDemandUnmet, &kFurtherEsiDemands, &kNoEdge,
+                                         &kOtherResult,         &kMayBeOlder};
+
+constexpr Word kWhyEsi{"esi-demand", "an ESI requirement is not met"};
 constexpr auto kNotes = refusal::With(kOwnNotes);
 
 // It asks what explains the request.
@@ -121,8 +125,9 @@ The finding needs an error bit that appears after a request that the slave accep
   the reason: what is wrong, and what was checked and is right. The settings at the refusal count.
 - A possible reason ("maybe" in the title) makes the finding inferred: another cycle of the process data, SYNC0 left on,
   another synchronisation type, a sync manager that was written while it was enabled.
-- With an ESI (--esi), the finding lists the init commands of the ESI that the capture does not show. The capture must
-  show how the slave reached PREOP.
+- With an ESI (--esi), the finding lists what the ESI requires before this request and the capture does not show, or
+  shows with another value: init commands, module list, sync managers, watchdogs, AssignActivate. The capture must show
+  how the slave reached PREOP.
 - The finding belongs to the bus if only broadcast reads show the error bit after a request without the acknowledge bit:
   three times, or once if the master then requests another state or the capture ends. It is not reported if all slaves
   had followed before, or if a slave that was read by itself shows an error.
@@ -218,7 +223,10 @@ class AlRefused final : public Rule {
   void On(const model::AlErrorCleared& e) { Close(e.slave); }
   void On(const model::AlChangedByItself& e) { Close(e.slave); }
 
-  void Finish() override { NotEvaluableWhereRequestsAreNotFollowed(); }
+  void Finish() override {
+    NotEvaluableWhereRequestsAreNotFollowed();
+    for (const auto& [index, reported] : reported_) AddWhatTheEsiRequires(context().store[index], reported);
+  }
 
  private:
   /// What a finding rests on: its first occasion, and the codes read since.
@@ -254,11 +262,26 @@ class AlRefused final : public Rule {
     AddRelated(finding, frame.number == finding.first.number ? 0 : frame.number);
     if (reported.codes.size() > 1) return;  // what was checked belongs to the first code
     const model::AlRequestRecord& request = reported.answer.request;
+    PreferPredicted(finding, request, code);
     AddTo(finding, FindRefusalReasons(context(), {.slave = finding.slave,
                                                   .code = code,
                                                   .requested = request.control.state(),
                                                   .request = request.last.number,
                                                   .shown = reported.answer.frame.number}));
+  }
+
+  /// Of several findings that explain the refusal, the one that predicts this code is its cause.
+  void PreferPredicted(Finding& finding, const model::AlRequestRecord& request, std::uint16_t code) {
+    const auto predicts = [&](FindingIndex index) {
+      const Value* expected = context().store[index].arguments.Find("expected_code");
+      return expected != nullptr && expected->number == code;
+    };
+    if (finding.caused_by == kNoFinding || predicts(finding.caused_by)) return;
+    for (const FindingIndex other : context().ExplanationsOf(finding.slave, request.frame.number)) {
+      if (!predicts(other)) continue;
+      finding.caused_by = other;
+      return;
+    }
   }
 
   void Describe(Finding& finding, const Reported& reported) const {
@@ -287,6 +310,27 @@ class AlRefused final : public Rule {
     }
     if (!e.state_before_known) finding.Add(kMayBeOlder);
     DescribeWay(finding, e, family);
+  }
+
+  void AddWhatTheEsiRequires(Finding& finding, const Reported& reported) const {
+    if (finding.kind != &kRefused) return;
+    const model::AlRequestRecord& request = reported.answer.request;
+    const bool explains = AddEsiDemands(context(),
+                                        {.slave = reported.answer.slave,
+                                         .first = request.frame.number,
+                                         .last = request.last.number,
+                                         .requested = request.control.state(),
+                                         .commands_named = finding.Has(kInitCommandsMissing)},
+                                        finding);
+    const bool about_request = !reported.codes.empty() && IsAboutTheRequest(reported.codes.front());
+    if (!explains || about_request || finding.caused_by != kNoFinding || finding.arguments.Has("reason")) return;
+    finding.Set("reason", arg::Of(kWhyEsi)).Set("reason_inferred", arg::Flag());
+    finding.confidence = Confidence::kInferred;
+  }
+  /// The state itself is what the slave refuses.
+  [[nodiscard]] static bool IsAboutTheRequest(std::uint16_t code) {
+    constexpr std::uint16_t kInvalidChange = 0x0011, kUnknownState = 0x0012;
+    return code == kInvalidChange || code == kUnknownState || code == kBootNotSupported;
   }
 
   /// How the master gets to the requested state from where the slave is now, and acknowledges.

@@ -1,3 +1,8 @@
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "analyzers/judge/esi_notes.h"
 #include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -19,11 +24,15 @@ constexpr FindingKind kNotReached{
 
 constexpr FindingKind kGivenUp{
     .name = "given-up",
-    .title = "{requested} not reached in {waited_ms}, then the master gave up",
+    .title =
+        "[{?allowed_ms}{requested} given up after {waited_ms}: the ESI allows {allowed_ms}][{!allowed_ms}"
+        "{requested} not reached in {waited_ms}, then the master gave up]",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. It read AL Status {polls}. Up to {frame} these reads show {shown}, without the error bit. In
 {next_frame} the master requests a lower state.)",
-    .next = "Configure a longer wait in the master, or check the slave.",
+    .next =
+        "[{?allowed_ms}Let the master wait {allowed_ms} for {requested}.][{!allowed_ms}Configure a longer wait in "
+        "the master, or check the slave.]",
     .identity = "requested"};
 
 constexpr FindingKind kNotReachedOnBus{
@@ -56,7 +65,7 @@ constexpr NoteKind kNotDescribed{
 };
 
 constexpr const FindingKind* kKinds[] = {&kNotReached, &kGivenUp, &kNotReachedOnBus, &kGivenUpOnBus};
-constexpr const NoteKind* kNotes[] = {&kNotDescribed};
+constexpr const NoteKind* kNotes[] = {&kNotDescribed, &kEsiDemandUnmet, &kFurtherEsiDemands};
 
 constexpr Word kEni{"eni", "the ENI"};
 constexpr Word kEsi{"esi", "the ESI of the slave"};
@@ -93,7 +102,9 @@ processor never read the request.
 AL Status is read and still shows the old state after the limit.
 
 - A master that stops reading before the limit gives no finding.
-- A master that requests a lower state instead gave up. That is a warning, if it waited 0.2 s and read three times.
+- A master that requests a lower state instead gave up. That is a warning, if it waited 0.2 s and read three times. With
+  an ESI (--esi) the finding compares this wait with the time that the ESI allows.
+- With an ESI, the finding lists what the ESI requires before this request and the start-up does not meet.
 - A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for.
 - After a long pause without frames, or if the clock was set, the wait counts from the next read on.
 - If the master only reads by broadcast, the OR of all slaves decides. The finding belongs to the bus if all slaves were
@@ -128,7 +139,7 @@ class AlTimeout final : public Rule {
     finding.caused_by = context().ExplanationOf(e.slave, e.request.frame.number);
     AddRelated(finding, e.request.frame.number);
     if (e.request.transition != nullptr && !e.request.transition->performed) finding.Add(kNotDescribed);
-    Report(RequestKey(e.request), std::move(finding));
+    Remember(Report(RequestKey(e.request), std::move(finding)), e.slave, e.request);
   }
   void On(const model::AlGivenUp& e) {
     const std::uint64_t key = kOfGivenUp | RequestKey(e.request);
@@ -142,7 +153,10 @@ class AlTimeout final : public Rule {
     finding.caused_by = context().ExplanationOf(e.slave, e.request.frame.number);
     AddRelated(finding, e.request.frame.number);
     AddRelated(finding, e.next.number);
-    Report(key, Severity::kWarning, std::move(finding));
+    if (const auto allowed = AllowedByEsi(e.slave, e.request); allowed && *allowed > e.waited_ns) {
+      finding.Set("allowed_ms", arg::Ms(*allowed));
+    }
+    Remember(Report(key, Severity::kWarning, std::move(finding)), e.slave, e.request);
   }
 
   /// Broadcast reads do not show which of the slaves it is.
@@ -173,6 +187,7 @@ class AlTimeout final : public Rule {
   }
   void Finish() override {
     NotEvaluableWhereRequestsAreNotFollowed();
+    for (const auto& [index, request] : reported_) (void)AddEsiDemands(context(), request, context().store[index]);
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       const model::AlMachine& al = context().slave(id).al;
@@ -196,6 +211,31 @@ class AlTimeout final : public Rule {
     SetRepetition(finding, request);
   }
 
+  void Remember(FindingIndex finding, SlaveId slave, const model::AlRequestRecord& request) {
+    if (finding == kNoFinding) return;
+    reported_.emplace(finding, UnfollowedRequest{.slave = slave,
+                                                 .first = request.frame.number,
+                                                 .last = request.last.number,
+                                                 .requested = request.control.state()});
+  }
+
+  /// The time that the ESI of the slave gives it for the state.
+  [[nodiscard]] std::optional<TimeNs> AllowedByEsi(SlaveId slave, const model::AlRequestRecord& request) const {
+    const device::DeviceDescription& device = *context().slave(slave).profile;
+    if (!device.esi) return std::nullopt;
+    switch (static_cast<esc::AlState>(request.control.state())) {
+      case esc::AlState::PREOP:
+        return device.esi->timeouts.preop;
+      case esc::AlState::SAFEOP:
+      case esc::AlState::OP:
+        return device.esi->timeouts.safeop_op;
+      case esc::AlState::INIT:
+      case esc::AlState::BOOT:
+        break;
+    }
+    return std::nullopt;
+  }
+
   /// Null for the limits of the rule.
   [[nodiscard]] const Word* LimitSource(const model::AlOverdue& e) const {
     const model::SlaveModel& slave = context().slave(e.slave);
@@ -205,6 +245,8 @@ class AlTimeout final : public Rule {
     if (slave.eni != nullptr && gives(slave.eni->Waits())) return &kEni;
     return slave.profile->esi && gives(slave.profile->esi->timeouts) ? &kEsi : nullptr;
   }
+
+  std::map<FindingIndex, UnfollowedRequest> reported_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlTimeout>};

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "analyzers/judge/pending_findings.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/entry_port.h"
@@ -112,13 +113,16 @@ class BusPortOrder final : public Rule {
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
     const std::vector<SlaveId> line = Line();
-    if (MayBeRing(line)) {
-      for (const Entry& entry : entries_) {
-        NotEvaluable(entry.slave, ReasonCode::kAmbiguous, kRing, entry.first.number);
+    const bool ring = MayBeRing(line);
+    pending_.Release([&](std::uint64_t key, Finding&& finding) {
+      if (ring) {
+        NotEvaluable(finding.slave, ReasonCode::kAmbiguous, kRing, finding.first.number);
+      } else {
+        reported_ = true;
+        Report(key, std::move(finding));
       }
-      return;
-    }
-    for (const Entry& entry : entries_) ReportEntry(entry);
+    });
+    if (ring) return;
     if (const auto end = EndOf(line); end && !reported_) ReportEnd(line, *end);
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
@@ -134,39 +138,18 @@ class BusPortOrder final : public Rule {
  private:
   [[nodiscard]] const model::EntryPort& PortsOf(SlaveId id) const { return context().slave(id).entry_port; }
 
-  /// Evidence of one slave and port.
-  struct Entry {
-    SlaveId slave = kNoSlave;
-    model::EntryPort::Evidence evidence;
-    FrameRef first, last;
-    std::uint64_t count = 1;
-  };
-
   void Keep(SlaveId slave, const model::EntryPort::Evidence& evidence, const FrameRef& frame) {
-    const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
-      return entry.slave == slave && entry.evidence.port == evidence.port;
-    });
-    if (found == entries_.end()) {
-      entries_.push_back({slave, evidence, frame, frame});
-      return;
-    }
-    found->last = frame;
-    ++found->count;
-  }
-
-  void ReportEntry(const Entry& entry) {
-    reported_ = true;
-    const model::EntryPort::Evidence& evidence = entry.evidence;
-    Finding finding = Found(evidence.ahead_ns ? kPort0Later : kPort0Unused, entry.slave, entry.first);
-    finding.last = entry.last;
-    finding.count = entry.count;
+    if (pending_.Repeat(slave, evidence.port, frame)) return;
+    Finding finding = Found(evidence.ahead_ns ? kPort0Later : kPort0Unused, slave, frame);
     finding.Set("port", arg::Number(evidence.port)).Set("status_frame", arg::Frame(evidence.status.number));
     AddRelated(finding, evidence.status.number);
     if (evidence.ahead_ns) {
       finding.Set("ahead_ns", arg::Ns(*evidence.ahead_ns)).Set("times_frame", arg::Frame(evidence.times.number));
       AddRelated(finding, evidence.times.number);
     }
-    Report(evidence.port, std::move(finding));
+    if (slave >= elsewhere_.size()) elsewhere_.resize(std::size_t{slave} + 1);
+    elsewhere_[slave] = true;
+    pending_.Keep(evidence.port, std::move(finding));
   }
 
   /// How many slaves answer, by the last broadcast; without one, how many have answered.
@@ -182,9 +165,7 @@ class BusPortOrder final : public Rule {
     constexpr std::ptrdiff_t kNoCoincidence = 2;
     if (context().pairing().one_port || context().pairing().other_end > 0) return true;
     if (line.empty() || PortsOf(line.back()).open_ports() < 2 || EndOf(line)) return false;
-    const auto enters_elsewhere = [&](SlaveId slave) {
-      return std::any_of(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.slave == slave; });
-    };
+    const auto enters_elsewhere = [&](SlaveId slave) { return slave < elsewhere_.size() && elsewhere_[slave]; };
     const auto first = std::find_if(line.begin(), line.end(), enters_elsewhere);
     return line.end() - first >= kNoCoincidence && std::all_of(first, line.end(), enters_elsewhere);
   }
@@ -237,7 +218,8 @@ class BusPortOrder final : public Rule {
   }
 
   std::vector<std::size_t> known_then_;  ///< by slave: slaves when its DL status was read
-  std::vector<Entry> entries_;
+  PendingFindings pending_;              ///< until it is known whether the line may be a ring
+  std::vector<bool> elsewhere_;          ///< by slave: frames enter at another port than 0
   bool reported_ = false;
 };
 

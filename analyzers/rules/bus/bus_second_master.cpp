@@ -53,7 +53,7 @@ constexpr const FindingKind* kKinds[] = {&kSecondMaster, &kSameCard};
 
 constexpr RuleInfo kInfo{.id = "bus-second-master",
                          .group = "Frame and bus",
-                         .severity = Severity::kWarning,
+                         .severity = Severity::kError,
                          .needs_no_history = true,
                          .title = "Two masters address slaves on one segment",
                          .needs = "frames of both senders that slaves took part in",
@@ -290,7 +290,7 @@ class BusSecondMaster final : public Rule {
     }
     AddRelated(finding, sequences_.other().last.number);
     AddRelated(finding, last_turn_.number);
-    same_card_ = Report(kSameCardKey, collide ? Severity::kError : Severity::kWarning, std::move(finding));
+    same_card_ = Report(kSameCardKey, std::move(finding));
   }
 
   static bool Within(const FrameRef& a, const FrameRef& b, std::int64_t limit) {

@@ -1,11 +1,15 @@
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_manager_text.h"
 #include "analyzers/model/slave_model.h"
 #include "decoder/device/profile_registry.h"
+#include "decoder/esc/register_map.h"
 #include "decoder/track/access.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit::register_read_only_write {
 namespace {
@@ -19,8 +23,19 @@ The slave refused the write (working counter 0).][{?counted} The slave counted t
 value.][{!refused}[{!counted} The slave does not store the value.]])",
     .next = "Remove the write, or write the register that was intended.",
     .identity = "register"};
-constexpr const FindingKind* kKinds[] = {&kReadOnly};
+constexpr FindingKind kBuffer{
+    .name = "buffer",
+    .title = "Write to the buffer of SM{sync_manager} ({start}), which only the slave writes",
+    .message =
+        R"(The master writes {written_begin} to {address} in {frame}. The address is in the buffer of sync manager
+{sync_manager} (start {start}, length {length}), which the slave writes and the master reads. The slave refused the
+write (working counter 0).)",
+    .next = "Write to the buffer of {outputs}, or remove the write.",
+    .identity = "sync_manager"};
+constexpr const FindingKind* kKinds[] = {&kReadOnly, &kBuffer};
 
+constexpr Word kMailboxOut{"mailbox-out", "the mailbox from the master (SM0)"};
+constexpr Word kOutputs{"outputs", "the outputs (SM2)"};
 constexpr Word kRight{"register-right", "the access right of a register that was written"};
 
 constexpr RuleInfo kInfo{.id = "register-read-only-write",
@@ -34,7 +49,8 @@ constexpr RuleInfo kInfo{.id = "register-read-only-write",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Writes to one slave that cover only registers which the manual of its family marks as read-only for EtherCAT.
+Writes to one slave that cover only registers which the manual of its family marks as read-only for EtherCAT, and
+writes into the buffer of a sync manager that the slave writes (inputs, mailbox to the master).
 
 ## Why it matters
 The slave does not store the value, so its configuration is not what the master intended.
@@ -47,6 +63,7 @@ Every byte of the write lies in a read-only register.
 - Masters clear registers by broadcast when they scan the bus. Broadcasts are not evaluated.
 - If a manual contradicts the slave controller on a register (0x0220 is printed R/W), the slave controller decides. The
   finding cites it and names the difference.
+- A write into a buffer counts only where the sync manager is on, and the slave refused the write.
 
 ## Example
 samples/captures/read-only-write.pcapng
@@ -60,7 +77,11 @@ class RegisterReadOnlyWrite final : public Rule {
   RegisterReadOnlyWrite() : Rule(kInfo) { Subscribe<track::SlaveAccess>(&RegisterReadOnlyWrite::On); }
 
   void On(const track::SlaveAccess& e) {
-    if (e.written.empty() || e.broadcast || e.address >= 0x1000) return;
+    if (e.written.empty() || e.broadcast) return;
+    if (e.address >= esc::kProcessRam) {
+      if (e.acceptance == track::Acceptance::kRefused && !wire::IsLogical(e.command)) CheckBuffers(e);
+      return;
+    }
     const device::DeviceDescription& family = *context().slave(e.slave).profile;
     const device::RegisterRight* first = nullptr;
     for (std::size_t i = 0; i < e.written.size(); ++i) {
@@ -94,6 +115,35 @@ class RegisterReadOnlyWrite final : public Rule {
   }
 
  private:
+  /// Process data and the mailbox to the master: the slave controller refuses what the master writes there.
+  void CheckBuffers(const track::SlaveAccess& e) {
+    const track::SlaveState& state = context().network().state(e.slave);
+    for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
+      const std::optional<KnownSyncManager> known = SyncManagerOf(state, n);
+      if (!known || !known->settings.enabled() || !known->settings.ecat_reads() || known->settings.length == 0)
+        continue;
+      const MemoryRange buffer = MemoryRange::Of(known->settings.start, known->settings.length);
+      if (e.range().first < buffer.first || e.range().last > buffer.last) continue;
+      const std::uint64_t key = kBufferKey | n;
+      if (Repeat(e.slave, key, e.frame()) != kNoFinding) return;
+      Finding finding = Found(kBuffer, e.slave, e.frame());
+      finding.confidence = known->observed ? Confidence::kObserved : Confidence::kInferred;
+      AddRelated(finding, known->since);
+      finding.Set("address", arg::Hex(e.address))
+          .Set("sync_manager", arg::Number(static_cast<std::int64_t>(n)))
+          .Set("start", arg::Hex(known->settings.start))
+          .Set("length", arg::Number(known->settings.length))
+          .Set("outputs", known->settings.mailbox() ? arg::Of(kMailboxOut) : arg::Of(kOutputs))
+          .Set("written_begin", arg::Bytes(e.written.first(std::min<std::size_t>(e.written.size(), 16))));
+      finding.reference = ReferenceTo(kSyncManagers);
+      Report(key, std::move(finding));
+      return;
+    }
+  }
+
+  /// No address of a register has this bit.
+  static constexpr std::uint64_t kBufferKey = 0x10000;
+  static constexpr std::string_view kSyncManagers = "ESC-1, sync manager";
   static constexpr std::string_view kController = "ESC-2, registers";
 
   /// What the data sheet of the slave controller has for the register, where a manual prints another right.

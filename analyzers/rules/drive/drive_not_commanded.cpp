@@ -8,22 +8,26 @@ namespace {
 
 constexpr FindingKind kStartMissing{
     .name = "start-bit-missing",
-    .title = "Bit 4 of the control word never rises: no start in mode {start_mode}",
+    .title = "Bit {start_bit} of the control word never rises: no start in mode {start_mode}",
     .message =
         R"(The drive is enabled in mode {start_mode}.[{?homing} Homing is selected][{!homing} Its target changes], but bit
-4 of the control word stays 0 from {frame} on, for {lasted_ms} (control word {control_word}, {shown_frame}). The
-rising edge of bit 4 starts the motion.)",
-    .next = "Set bit 4 after the target is written, and clear it after the drive has acknowledged.",
+{start_bit} of the control word stays 0 from {frame} on, for {lasted_ms} (control word {control_word}, {shown_frame}). The
+rising edge of bit {start_bit} starts the motion.)",
+    .next =
+        "[{!homing}Set bit 4 after the target is written, and clear it after the drive has acknowledged.]"
+        "[{?homing}Set bit {start_bit} to start homing.]",
     .identity = "start_mode"};
 
 constexpr FindingKind kStartStands{
     .name = "start-bit-stands",
-    .title = "Bit 4 of the control word stays 1: no rising edge in mode {start_mode}",
+    .title = "Bit {start_bit} of the control word stays 1: no rising edge in mode {start_mode}",
     .message =
         R"(The drive is enabled in mode {start_mode}.[{?homing} Homing is selected][{!homing} Its target changes], but bit
-4 of the control word stays 1 from {frame} on, for {lasted_ms} (control word {control_word}, {shown_frame}).
+{start_bit} of the control word stays 1 from {frame} on, for {lasted_ms} (control word {control_word}, {shown_frame}).
 Each motion needs a rising edge of bit 4.)",
-    .next = "Clear bit 4 after the drive has acknowledged (bit 12 of the status word), and set it for the next motion.",
+    .next =
+        "[{!homing}Clear bit 4 after the drive has acknowledged (bit 12 of the status word), and set it for the next "
+        "motion.][{?homing}Clear bit {start_bit}, and set it again to start homing.]",
     .identity = "start_mode"};
 
 constexpr FindingKind kNotAcknowledged{
@@ -98,7 +102,8 @@ constexpr RuleInfo kInfo{.id = "drive-not-commanded",
 ## What it checks
 Whether what starts a motion comes when a motion is wanted:
 
-- the rising edge of bit 4 in profile position and homing, and its acknowledge (bit 12 of the status word)
+- the rising edge of bit 4 in profile position and homing (homing: or of the bit that the manual names), and its
+  acknowledge (bit 12 of the status word)
 - halt (bit 8) cleared
 - bits 4 to 6 in velocity mode (2)
 - a mode that the drive shows and that fits the set point
@@ -143,11 +148,12 @@ class DriveNotCommanded final : public AxisRule {
   DriveNotCommanded() : AxisRule(kInfo, kRows) {}
 
  private:
-  void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch&) override {
+  void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch& axis) override {
     switch (record.fact) {
       case progress::AxisFact::kStartMissing:
       case progress::AxisFact::kStartStands:
         if (record.a == progress::kHoming) finding.Set("homing", arg::Flag());
+        finding.Set("start_bit", arg::Number(axis.now().StartBitOf(static_cast<std::int8_t>(record.a))));
         finding.Set("start_mode", ModeOf(record.a));
         return;
       case progress::AxisFact::kHaltStands:

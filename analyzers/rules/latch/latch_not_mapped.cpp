@@ -8,10 +8,12 @@ namespace {
 
 constexpr FindingKind kUnreachable{
     .name = "unreachable",
-    .title = "Status and position of {edge} are never read",
+    .title = "Status and position of {edge} are [{?watched_ms}not mapped and not ][{!watched_ms}never ]read",
     .message = R"(The master enabled {edge}[ in {armed_frame}]. The inputs contain neither the latch status word nor
 [its position ({position_objects})][{!position_objects}any latch position]. The capture has no upload of them by SDO.
-So the master cannot know that the drive captured a position.)",
+[{!watched_ms}So the master cannot know that the drive captured a position.][{?watched_ms}The capture ends {watched_ms}
+after the edge was armed: {cycles} without the position. Each SDO of the slave took {sdo_ms} at most, so the master had
+the time to upload it. It may still do that after the capture.])",
     .next = "Map the status word and the position into the inputs, or read them by SDO.",
     .identity = "edge"};
 
@@ -49,6 +51,8 @@ Over the whole capture:
   read by selector or SDO. A position that stays unread for less than a second until the capture ends does not count.
 - Or the edge stays enabled for more than a second, and neither its position nor the status word is in the inputs or was
   ever uploaded. Nothing shows the master a captured position.
+- If the capture ends within this second, the finding is an inferred warning. It needs the control word in 100 cycles of
+  the process data after the edge was armed. The time must be enough for 100 SDOs of the slave, as slow as its slowest.
 
 The rule is not evaluated if the inputs are not known, or if the manual does not give the object.
 
@@ -73,6 +77,11 @@ class LatchNotMapped final : public LatchRule {
     SetCapture(finding, misuse);
     if (!objects.empty()) finding.Set("position_objects", arg::List(std::move(objects)));
     finding.Set("selector", arg::Number(misuse.edge->selector));
+    if (misuse.waited_ns > 0) {
+      finding.Set("watched_ms", arg::Ms(misuse.waited_ns))
+          .Set("cycles", arg::Count(misuse.cycles, "cycle"))
+          .Set("sdo_ms", arg::Ms(misuse.limit_ns));
+    }
     return finding;
   }
 };

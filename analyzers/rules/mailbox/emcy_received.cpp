@@ -1,8 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
@@ -38,7 +41,24 @@ constexpr FindingKind kErrorFree{
     .next = "",
     .identity = "error_code"};
 
+constexpr NoteKind kWhilePending{
+    .name = "while-sdo-pending",
+    .text =
+        R"(It came while the SDO {service}[ of {object}] was pending (request in {request_frame}[, response in
+{response_frame}]). The {service} {result}[ with {abort_code}].[{?may_explain} This emergency may be the reason.])"};
+
 constexpr const FindingKind* kKinds[] = {&kEmergency, &kErrorFree};
+constexpr const NoteKind* kNotes[] = {&kWhilePending};
+
+// How a transfer ended in which an emergency came.
+constexpr Word kSucceeded{"succeeded", "succeeded"};
+constexpr Word kWasAborted{"aborted", "was aborted"};
+constexpr Word kMailboxError{"mailbox-error", "ended with a mailbox error"};
+constexpr Word kNotFinished{"not-finished", "was not finished"};
+
+// What aborts a transfer by itself is a nearer cause than an emergency.
+constexpr std::string_view kAfter[] = {"sdo-abort", "sdo-write-read-only", "sdo-wrong-size", "sdo-unknown-object",
+                                       "sdo-toggle"};
 
 /// Bits of object 1001h.
 constexpr Word kRegisterBits[] = {{"generic", "generic"},
@@ -59,6 +79,8 @@ constexpr RuleInfo kInfo{.id = "emcy-received",
                          .needs = "the messages in the mailbox of the slave",
                          .source = "ETG1000.6, emergency; CIA301, emergency error codes; MKD, 5.1",
                          .kinds = kKinds,
+                         .notes = kNotes,
+                         .after = kAfter,
                          .doc = R"(
 ## What it checks
 CoE emergency messages: a fault or a warning of the drive began or ended.
@@ -77,6 +99,13 @@ The meaning comes from the family's table of codes. If its manual has none, it c
 vendor, and the finding is inferred. Otherwise it comes from the classes of the standard. These do not distinguish
 faults and warnings: such an emergency is an error.
 
+Emergencies between an SDO request and its response belong together:
+
+- The finding states whether the SDO transfer succeeded.
+- The first emergency is taken as the cause of the others.
+- If the slave aborts the transfer because of its state (0x08000020 to 0x08000022) and no other rule explains that, the
+  first emergency may be the reason: sdo-abort names it as its cause, and is inferred.
+
 ## Example
 samples/captures/emergency.pcapng: code 0x7305 with error register 0x01 and manufacturer data 11 22 33 44 55.
 
@@ -86,12 +115,18 @@ Find the code in the drive's manual, by the drive's own number (F..., n...) if i
 
 class EmcyReceived final : public Rule {
  public:
-  EmcyReceived() : Rule(kInfo) { Subscribe<mailbox::Emergency>(&EmcyReceived::On); }
+  EmcyReceived() : Rule(kInfo) {
+    Subscribe<mailbox::Emergency>(&EmcyReceived::On);
+    Subscribe<mailbox::SdoTransfer>(&EmcyReceived::On);
+  }
 
   void On(const mailbox::Emergency& e) {
     if (e.data.too_short) return;  // mailbox-malformed
     const std::uint64_t key = static_cast<std::uint64_t>(e.data.error_code) << 8U | e.data.error_register;
-    if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
+    if (const FindingIndex known = Repeat(e.slave, key, e.frame); known != kNoFinding) {
+      Remember(e, known);
+      return;
+    }
     const events::EmergencyInfo known = events::FindEmergency(context().slave(e.slave).profile, e.data.error_code);
     const bool exact = known.code != nullptr && known.code->code == known.code->last_code;
     const Severity severity = SeverityOf(e.data.error_code, known.code);
@@ -122,14 +157,87 @@ class EmcyReceived final : public Rule {
       }
     }
     if (known.code != nullptr) finding.reference = ReferenceTo(known.code->source);
-    Report(key, severity, std::move(finding));
+    Remember(e, Report(key, severity, std::move(finding)));
   }
 
-  void Finish() override { (void)NotEvaluableWithoutReturns(); }
+  /// One chain: the request, the emergencies before its response, and what became of it.
+  void On(const mailbox::SdoTransfer& t) {
+    if (!t.request.seen() || !t.last.seen()) return;
+    FindingIndex first = kNoFinding;
+    for (std::size_t i = 0; i < recent_.size(); ++i) {
+      const Recent& came = recent_[(next_ + i) % recent_.size()];  // oldest first
+      if (came.finding == kNoFinding || came.slave != t.slave) continue;
+      if (came.frame <= t.request.number || came.frame >= t.last.number) continue;
+      Finding& finding = context().store[came.finding];
+      if (!finding.Has(kWhilePending)) {
+        finding.Add(kWhilePending, NoteOf(t, first == kNoFinding));
+        AddRelated(finding, t.request.number);
+        AddRelated(finding, t.last.number);
+      }
+      if (first == kNoFinding) {
+        first = came.finding;
+      } else if (came.finding > first && finding.caused_by == kNoFinding) {
+        finding.caused_by = first;
+      }
+    }
+    if (first != kNoFinding && MayExplain(t)) {
+      aborts_.push_back({t.slave, t.last.number, first});
+      if (aborts_.size() > kMostAborts) aborts_.erase(aborts_.begin());
+    }
+  }
+
+  void Finish() override {
+    for (const Recent& abort : aborts_) {
+      ExplainFindings(context(), "sdo-abort", abort.slave, abort.frame, abort.finding, Confidence::kInferred);
+    }
+    (void)NotEvaluableWithoutReturns();
+  }
 
  private:
   /// Room for the meaning in a title.
   static constexpr std::size_t kTitleBytes = 46;
+  static constexpr std::size_t kMostAborts = 64;
+
+  struct Recent {
+    SlaveId slave = kNoSlave;
+    FrameNo frame = 0;
+    FindingIndex finding = kNoFinding;
+  };
+
+  void Remember(const mailbox::Emergency& e, FindingIndex finding) {
+    recent_[next_++ % recent_.size()] = {e.slave, e.frame.number, finding};
+  }
+
+  /// Only codes about the state of the device can have the event as their reason that the emergency reports.
+  [[nodiscard]] static bool MayExplain(const mailbox::SdoTransfer& t) {
+    constexpr std::uint32_t kNotTransferred = 0x08000020, kDeviceState = 0x08000022;
+    return t.outcome == mailbox::SdoOutcome::kAborted && t.aborted_by == mailbox::Direction::kIn &&
+           t.abort_code >= kNotTransferred && t.abort_code <= kDeviceState;
+  }
+
+  /// @param first  of those that came in this transfer
+  [[nodiscard]] static Arguments NoteOf(const mailbox::SdoTransfer& t, bool first) {
+    Arguments note{{"service", ServiceValue(t.service)}, {"request_frame", arg::Frame(t.request.number)}};
+    if (t.has_object) note.Set("object", arg::Object(t.index, t.complete_access ? -1 : t.subindex));
+    if (t.response.seen()) note.Set("response_frame", arg::Frame(t.response.number));
+    switch (t.outcome) {
+      case mailbox::SdoOutcome::kCompleted:
+        note.Set("result", arg::Of(kSucceeded));
+        break;
+      case mailbox::SdoOutcome::kAborted:
+        note.Set("result", arg::Of(kWasAborted))
+            .Set("abort_code", arg::Code(t.abort_code, mailbox::AbortCodeText(t.abort_code), 8))
+            .Set("may_explain", arg::Flag(first && MayExplain(t)));
+        break;
+      case mailbox::SdoOutcome::kMailboxError:
+        note.Set("result", arg::Of(kMailboxError));
+        break;
+      default:
+        note.Set("result", arg::Of(kNotFinished));
+        break;
+    }
+    return note;
+  }
 
   static Severity SeverityOf(std::uint16_t code, const device::EmergencyCode* known) {
     if (code == 0) return Severity::kInfo;
@@ -161,6 +269,10 @@ class EmcyReceived final : public Rule {
     }
     return bits;
   }
+
+  std::array<Recent, 32> recent_{};  // the newest
+  std::size_t next_ = 0;
+  std::vector<Recent> aborts_;  // what an emergency explains
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<EmcyReceived>};

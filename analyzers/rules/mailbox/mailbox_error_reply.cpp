@@ -13,7 +13,7 @@ namespace ecaudit::mailbox_error_reply {
 namespace {
 
 constexpr FindingKind kErrorReply{.name = "error-reply",
-                                  .title = "Mailbox error {detail}",
+                                  .title = "[{protocol} rejected: error][{!protocol}Mailbox error] {detail}",
                                   .message = R"(The slave answers [the [SDO request for {object}][{!object}{protocol}
 request] in {request_frame}][{!request_frame}a message that is not in the capture] with mailbox error
 {detail}.[{?undefined} The standard does not define this code.] The request had no effect.[ The reply has type {type},

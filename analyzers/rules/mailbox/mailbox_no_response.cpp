@@ -12,6 +12,7 @@
 #include "decoder/base/time.h"
 #include "decoder/esc/al.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/mailbox/sdo.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::mailbox_no_response {
@@ -389,8 +390,8 @@ class MailboxNoResponse final : public Rule {
            request.operation == static_cast<std::uint8_t>(mailbox::CoeService::kSdoRequest);
   }
   static bool IsDownload(const mailbox::RequestSummary& request) {
-    constexpr unsigned kDownloadInitiate = 1;
-    return IsSdo(request) && request.command >> 5U == kDownloadInitiate;
+    return IsSdo(request) &&
+           mailbox::KindOf(request.command, mailbox::Direction::kOut) == mailbox::SdoKind::kDownloadInitiate;
   }
   /// Parameters are stored or set back, or a command is carried out: that takes long.
   static bool IsStoring(const mailbox::RequestSummary& request) {

@@ -76,7 +76,7 @@ constexpr NoteKind kIsRegister{
     .name = "register-address",
     .text =
         R"(Objects of an application begin at 1000h. {address} may be meant as the address of a register of the slave
-controller, which FPRD reads.)"};
+controller: an SDO does not reach it. Use FPRD to read the register, and FPWR to write it.)"};
 constexpr NoteKind kNoCompleteAccessInEsi{.name = "esi-no-complete-access",
                                           .text = "The ESI of the slave does not offer complete access."};
 constexpr NoteKind kAssignmentFixed{.name = "esi-fixed-assignment",
@@ -179,6 +179,8 @@ constexpr Word kCheckLength{"check-length", "Compare the length with the type of
 constexpr Word kCheckValue{"check-value", "Compare the subindex and the value with the limits of the object"};
 constexpr Word kCheckState{"check-state", "Check the state of the drive: AL state, enabled, local control"};
 constexpr Word kCheckCount{"check-count", "Write to subindex 0 the number of entries that exist"};
+constexpr Word kUseRegister{"use-register-access",
+                            "Use FPRD or FPWR for a register, or an index from 1000h on for an object"};
 constexpr Word kFindObject{"find-object", "Find the object in the dictionary of the drive"};
 
 /// Codes of ETG.1000.6, sorted.
@@ -303,7 +305,7 @@ class SdoAbort final : public Rule {
     if (by_slave) AddEsiNote(finding, t);
     SetMapping(finding, t, code);
     if (by_slave && t.has_object && t.index < kFirstObject) {
-      finding.Add(kIsRegister, {{"address", arg::Hex(t.index)}});
+      finding.Add(kIsRegister, {{"address", arg::Hex(t.index)}}).Set("advice", arg::Of(kUseRegister));
     }
     AddRelated(finding, t.request.number);
     const FindingIndex index = Report(key, IsProbe(t) ? Severity::kInfo : Severity::kError, std::move(finding));

@@ -38,6 +38,17 @@ No sync manager is enabled.])",
     .next = "Give the FMMU start and length of its sync manager.",
     .identity = "fmmu first_outside"};
 
+constexpr FindingKind kOnMailbox{
+    .name = "on-mailbox",
+    .title = "FMMU {fmmu} maps the mailbox (SM{sync_manager}), not process data",
+    .message = R"(The slave reached {state} in {frame}. FMMU {fmmu}, set in {fmmu_frame}, {way} {physical_start} to
+{physical_end}. This is memory of the mailbox: SM{sync_manager}, set in {sync_manager_frame}, has {mailbox_start} to
+{mailbox_end} and mailbox mode.[ The {direction} of the slave have SM{process_manager}, from {process_start} to
+{process_end}, which no active FMMU maps.])",
+    .next = R"(Set the address of the FMMU to [{process_start}, with the length of
+SM{process_manager}][{!process_start}that of a sync manager of process data].)",
+    .identity = "fmmu sync_manager type"};
+
 constexpr FindingKind kSharedInputs{
     .name = "shared-inputs",
     .title = "Inputs of two slaves share {shared_bits} from {logical_address}",
@@ -55,7 +66,7 @@ constexpr NoteKind kTypesSwapped{
 used for {used}[{?by_eeprom}, also by the EEPROM]. A master that sets its FMMUs by 1C00h maps the wrong sync manager. Use
 the types of the EEPROM, or correct 1C00h in the firmware of the slave.)"};
 
-constexpr const FindingKind* kKinds[] = {&kWrongDirection, &kOutside, &kSharedInputs};
+constexpr const FindingKind* kKinds[] = {&kWrongDirection, &kOutside, &kOnMailbox, &kSharedInputs};
 constexpr const NoteKind* kNotes[] = {&kTypesSwapped};
 
 constexpr Word kOutputs{"outputs", "outputs", true};
@@ -88,6 +99,8 @@ two slaves write the same bits, the last one on the bus wins, and the inputs of 
 The settings at the time when the slave shows the state count. A slave that refuses it is evaluated by the sync manager
 rules.
 
+- An FMMU on mailbox memory (SM0 or SM1 in mailbox mode) is reported as such if it does not fit the sync manager, or if
+  no active FMMU maps the process data of its direction. A master may map the mailbox besides the process data.
 - FMMUs of registers (below 0x1000 and outside every sync manager: the mailbox state 0x080D) are normal.
 - Inputs and outputs of one slave at the same logical address are normal.
 - Write FMMUs of two slaves on the same bits are not evaluated: they may receive one command in common.
@@ -190,6 +203,35 @@ class FmmuMismatch final : public Rule {
     }
     return next;
   }
+  /// SM0 or SM1 in mailbox mode whose memory the FMMU maps. A slave without higher sync managers may use them for
+  /// process data.
+  static std::optional<std::size_t> MailboxOf(const esc::Fmmu& fmmu, const SyncManagers& managers) {
+    const bool others = std::any_of(managers.begin() + 2, managers.end(), [](const auto& manager) {
+      return manager && manager->settings.enabled() && manager->settings.length != 0;
+    });
+    for (std::size_t n = 0; others && n < 2; ++n) {
+      if (!managers[n] || !managers[n]->settings.enabled() || !managers[n]->settings.mailbox()) continue;
+      if (Touches(fmmu, managers[n]->settings)) return n;
+    }
+    return std::nullopt;
+  }
+  static bool Touches(const esc::Fmmu& fmmu, const esc::SyncManager& sm) {
+    return fmmu.physical_start < sm.end() && fmmu.physical_end() > sm.start;
+  }
+  /// The first sync manager of process data in the direction of the FMMU that no active FMMU maps.
+  static std::optional<std::size_t> UnmappedOf(const esc::Fmmu& fmmu, const SyncManagers& managers,
+                                               const track::KnownFmmus& fmmus) {
+    for (std::size_t n = 2; n < managers.size(); ++n) {
+      if (!managers[n] || !managers[n]->settings.enabled() || managers[n]->settings.length == 0) continue;
+      const esc::SyncManager& sm = managers[n]->settings;
+      if (fmmu.writes() ? !sm.ecat_writes() : !sm.ecat_reads()) continue;
+      const bool mapped = std::any_of(fmmus.active.begin(), fmmus.active.end(), [&](const auto& other) {
+        return Touches(other.fmmu, sm) && (fmmu.writes() ? other.fmmu.writes() : other.fmmu.reads());
+      });
+      if (!mapped) return n;
+    }
+    return std::nullopt;
+  }
   static bool Fits(const esc::SyncManager& sm, const esc::Fmmu& fmmu) {
     if (fmmu.reads() && fmmu.writes()) return true;
     return fmmu.writes() ? sm.ecat_writes() : sm.ecat_reads();
@@ -206,6 +248,16 @@ class FmmuMismatch final : public Rule {
       } else if (!Fits(managers[*manager]->settings, fmmu)) {
         against = manager;
       }
+    }
+    const std::optional<std::size_t> mailbox = MailboxOf(fmmu, managers);
+    const track::KnownFmmus& fmmus = context().network().fmmus(e.slave);
+    const std::optional<std::size_t> unmapped = mailbox ? UnmappedOf(fmmu, managers, fmmus) : std::nullopt;
+    if (!outside && !against && unmapped) {
+      if (!fmmus.all) {
+        NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kFmmus, e.frame.number);
+        return;
+      }
+      against = mailbox;
     }
     if (!outside && !against) return;
     // The FMMU may map one whose settings are not in the capture.
@@ -235,7 +287,11 @@ class FmmuMismatch final : public Rule {
     const std::uint64_t key = std::uint64_t{fmmu.physical_start} << 40U | std::uint64_t{fmmu.length} << 24U |
                               std::uint64_t{fmmu.type} << 16U | (against ? 0x80U : 0U) | n;
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
-    Report(key, DescribePlace(e, n, fmmu, outside, against, managers));
+    if (mailbox && (!against || against == mailbox)) {
+      Report(key, DescribeMailbox(e, n, fmmu, {*mailbox, unmapped}, managers));
+    } else {
+      Report(key, DescribePlace(e, n, fmmu, outside, against, managers));
+    }
   }
 
   /// By the EEPROM some process data need no sync manager: it is virtual, or switched off from the start.
@@ -282,6 +338,41 @@ class FmmuMismatch final : public Rule {
         enabled.push_back(arg::Text("SM" + std::to_string(m) + " " + Hex(sm.start) + "-" + Hex(sm.end() - 1)));
       }
       if (!enabled.empty()) finding.Set("enabled", arg::List(std::move(enabled)));
+    }
+    return finding;
+  }
+
+  struct OnMailbox {
+    std::size_t mailbox = 0;
+    std::optional<std::size_t> unmapped;  ///< process data of the same direction without an FMMU
+  };
+
+  Finding DescribeMailbox(const model::AlAnswered& e, std::size_t n, const esc::Fmmu& fmmu, const OnMailbox& on,
+                          const SyncManagers& managers) const {
+    const FrameNo since = context().network().state(e.slave).fmmu_since[n];
+    const KnownSyncManager& mailbox = *managers[on.mailbox];
+    Finding finding = Found(kOnMailbox, e.slave, e.frame);
+    finding.Set("state", arg::State(e.request.control.state()))
+        .Set("fmmu", arg::Number(static_cast<std::int64_t>(n)))
+        .Set("fmmu_frame", arg::Frame(since))
+        .Set("way", arg::Of(fmmu.writes() ? kWrites : kReads))
+        .Set("direction", arg::Of(fmmu.writes() ? kOutputs : kInputs))
+        .Set("physical_start", arg::Hex(fmmu.physical_start))
+        .Set("physical_end", arg::Hex(fmmu.physical_end() - 1))
+        .Set("length", arg::Number(fmmu.length))
+        .Set("type", arg::Number(fmmu.type))
+        .Set("sync_manager", arg::Number(static_cast<std::int64_t>(on.mailbox)))
+        .Set("sync_manager_frame", arg::Frame(mailbox.since))
+        .Set("mailbox_start", arg::Hex(mailbox.settings.start))
+        .Set("mailbox_end", arg::Hex(mailbox.settings.end() - 1));
+    AddRelated(finding, since);
+    AddRelated(finding, mailbox.since);
+    if (on.unmapped) {
+      const KnownSyncManager& process = *managers[*on.unmapped];
+      finding.Set("process_manager", arg::Number(static_cast<std::int64_t>(*on.unmapped)))
+          .Set("process_start", arg::Hex(process.settings.start))
+          .Set("process_end", arg::Hex(process.settings.end() - 1));
+      AddRelated(finding, process.since);
     }
     return finding;
   }

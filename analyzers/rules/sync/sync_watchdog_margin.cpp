@@ -31,6 +31,7 @@ constexpr TimeNs kAboutHalf = 64;
 /// Gaps that are as long as usual, if nothing else shows what that is.
 constexpr std::size_t kFewGaps = 3;
 
+constexpr Word kOutputsWord{"outputs", "the outputs of the slave", true};
 constexpr Word kHalfWatchdog{"half-watchdog", "the difference between a pause and half the watchdog"};
 
 constexpr std::string_view kPauseMessage =
@@ -97,12 +98,19 @@ constexpr FindingKind kWaiting{
 them. After {waited_ms}, in {frame}, the slave still reports {al_status}.)",
     .next = kNoOutputsNext};
 
+constexpr FindingKind kDropped{
+    .name = "no-outputs-dropped",
+    .title = "OP lost with {al_status_code:number}: the master sent no outputs",
+    .message = R"(The slave is in OP in {op_frame}[ (requested in {request_frame})]. The capture has no outputs for this
+slave up to {frame}, where it reports {al_status} with AL status code {al_status_code}.)",
+    .next = kNoOutputsNext};
+
 constexpr NoteKind kStillInOp{
     .name = "still-in-op",
     .text = "The slave is still in OP in {op_frame}: its watchdog did not expire, or does not act."};
 
 constexpr const FindingKind* kKinds[] = {&kExceeded, &kHalfExceeded, &kShorter, &kTight,
-                                         &kRefused,  &kRefusedLater, &kWaiting};
+                                         &kRefused,  &kRefusedLater, &kWaiting, &kDropped};
 
 constexpr NoteKind kWaitsForSdo{
     .name = "waits-for-sdo",
@@ -132,7 +140,7 @@ constexpr RuleInfo kInfo{
 The longest time without outputs for a slave in OP, against its process data watchdog: (0x0400 + 2) * 40 ns * 0x0420.
 
 - A pause as long as the watchdog is an error, half of it a warning.
-- OP that is refused with 0x001B, or not reached, because no outputs are sent, is an error.
+- OP that is refused or lost with 0x001B, or not reached, because no outputs are sent, is an error.
 - A watchdog of no more than 2 cycles is reported once: as an error if it is shorter than the cycle, else as a warning.
 
 ## Why it matters
@@ -179,6 +187,7 @@ class SyncWatchdogMargin final : public Rule {
     Subscribe<model::AlAnswered>(&SyncWatchdogMargin::On);
     Subscribe<model::AlOverdue>(&SyncWatchdogMargin::On);
     Subscribe<model::AlChangedByItself>(&SyncWatchdogMargin::On);
+    Subscribe<model::AlErrorCode>(&SyncWatchdogMargin::On);
     Subscribe<mailbox::SdoTransfer>(&SyncWatchdogMargin::On);
     Subscribe<track::LogicalAccess>(&SyncWatchdogMargin::On);
   }
@@ -197,6 +206,8 @@ class SyncWatchdogMargin final : public Rule {
   /// The master may read AL Status after outputs come again.
   void On(const model::AlChangedByItself& e) {
     std::erase_if(unconfirmed_, [&](const Unconfirmed& u) { return u.slave == e.slave; });
+    Of(e.slave).drop = e;
+    if (e.code) DroppedWithoutOutputs(e.slave, *e.code);
     if (e.slave >= doubtful_.size() || !doubtful_[e.slave]) return;
     sync::OutputGap gap = *std::exchange(doubtful_[e.slave], std::nullopt);
     // Seen in OP after the gap, or for another reason: that was no watchdog.
@@ -209,6 +220,8 @@ class SyncWatchdogMargin final : public Rule {
     gap.fell_code = e.code;
     Evaluate(gap);
   }
+
+  void On(const model::AlErrorCode& e) { DroppedWithoutOutputs(e.slave, e.code); }
 
   /// The registers of the watchdog are written: what was reported was about the values before.
   void On(const track::SlaveAccess& access) {
@@ -320,9 +333,10 @@ class SyncWatchdogMargin final : public Rule {
     FrameRef written;  ///< the registers of its watchdog
     /// That this is too short for the cycle: a warning, an error.
     std::array<FindingIndex, 2> reported_short{kNoFinding, kNoFinding};
-    std::vector<sync::OutputGap> early;  ///< before it was known how far its outputs usually are apart
-    std::deque<sync::OutputGap> recent;  ///< newest first
-    TimeNs usual_ns = 0;                 ///< by these
+    std::vector<sync::OutputGap> early;            ///< before it was known how far its outputs usually are apart
+    std::deque<sync::OutputGap> recent;            ///< newest first
+    TimeNs usual_ns = 0;                           ///< by these
+    std::optional<model::AlChangedByItself> drop;  ///< out of OP; its code may be read later
   };
   /// A master that reads AL Status seldom sends some outputs before it sees the drop.
   static constexpr std::size_t kRecent = 4;
@@ -332,6 +346,35 @@ class SyncWatchdogMargin final : public Rule {
   Slave& Of(SlaveId id) {
     if (id >= slaves_.size()) slaves_.resize(std::size_t{id} + 1);
     return slaves_[id];
+  }
+
+  /// The slave left OP because of outputs that the master never sent. Where a pause is the cause, On(OutputGap) has it.
+  void DroppedWithoutOutputs(SlaveId id, std::uint16_t code) {
+    const std::optional<model::AlChangedByItself> drop = std::exchange(Of(id).drop, std::nullopt);
+    if (!drop || code != kWatchdogCode || drop->before.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
+    if (context().sync().outputs(id).seen || AcceptsNone(id, 0)) return;
+    // No FMMU maps its outputs: fmmu-inactive reports that.
+    if (!IsMapped(id)) {
+      if (!context().network().fmmus(id).any) NotEvaluable(id, ReasonCode::kNotInCapture, what::kFmmus);
+      return;
+    }
+    if (context().network().MayMissBetween(drop->before_first, drop->frame.number)) {
+      NotEvaluable(id, ReasonCode::kCaptureGap, kOutputsWord, drop->frame.number);
+      return;
+    }
+    const FrameNo request = context().slave(id).al.last_request();
+    FindingIndex index = Repeat(id, 5, drop->frame);
+    if (index == kNoFinding) {
+      Finding finding = Found(kDropped, id, drop->frame);
+      finding.Set("op_frame", arg::Frame(drop->before_first))
+          .Set("al_status", arg::Status(drop->status.raw))
+          .Set("al_status_code", CodeValue(code, *context().slave(id).profile));
+      if (request != 0) finding.Set("request_frame", arg::Frame(request));
+      AddRelated(finding, drop->before_first);
+      index = Report(5, std::move(finding));
+    }
+    consequences_.push_back({"al-unexpected-change", id, drop->frame.number, index});
+    if (consequences_.size() > kMaxConsequences) consequences_.erase(consequences_.begin());
   }
 
   /// Gaps that waited until it is known what is usual.

@@ -135,6 +135,23 @@ Sample DriveIllegalCommand() {
   return story.Finish();
 }
 
+Sample DriveNeverEnabled() {
+  Story story;
+  story.Add(AkdDrive());
+  BringToOp(story, 10 * kMs);
+  CommandOnce(story, 0x0000);
+  story.master.Cycles(3);
+  // The usual sequence, but with bit 2 left 0 from the first word on: each word is Quick stop.
+  CommandOnce(story, 0x0002);
+  story.master.Cycles(20);
+  CommandOnce(story, 0x0003);
+  story.master.Cycles(20);
+  const FrameIds wanted = CommandOnce(story, 0x000B);
+  story.Expect("drive-not-enabled", 0, wanted, "bit 2 stays 0, so 0x000B is Quick stop, not Enable operation");
+  story.master.Cycles(150);
+  return story.Finish();
+}
+
 Sample DriveUnsupportedMode() {
   Story story;
   story.Add(AkdDrive());

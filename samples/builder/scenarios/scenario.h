@@ -183,6 +183,7 @@ Sample DriveFault();
 Sample DriveInFault();
 Sample DriveIllegalStatus();
 Sample DriveIllegalCommand();
+Sample DriveNeverEnabled();
 Sample DriveUnsupportedMode();
 Sample DriveEnabledInSafeop();
 Sample SyncFramesMissing();

@@ -179,6 +179,8 @@ constexpr Scenario kScenarios[] = {
      "The word that is no state, once.", DriveIllegalStatus},
     {"drive-illegal-command", "Enable operation is commanded in Switch on disabled, for more than a second.",
      "The command that this state does not offer.", DriveIllegalCommand},
+    {"drive-never-enabled", "The master sends 0x0002, 0x0003 and 0x000B: bit 2 of the control word stays 0.",
+     "The bit that keeps the axis from being enabled.", DriveNeverEnabled},
     {"drive-unsupported-mode", "Mode 9 is written to 6060h of an AKD, then mode 7.",
      "The mode that the manual does not list.", DriveUnsupportedMode},
     {"drive-enabled-in-safeop",

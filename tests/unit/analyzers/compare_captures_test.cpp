@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "analyzers/judge/refusal_reasons.h"
 #include "cli/report/sentences.h"
 #include "tests/support/trace_builder.h"
 
@@ -47,7 +48,7 @@ std::vector<std::string> Steps(const CaptureDiff& diff) {
 }
 
 CaptureDiff Compared(const AnalysisResult& a, const AnalysisResult& b) {
-  return Compare(a, b, &report::TitleOf);
+  return Compare(a, b, {&report::TitleOf, &SettingsOfRefusal});
 }
 
 using Names = std::vector<std::string>;
@@ -68,6 +69,52 @@ TEST(CompareCaptures, ARequestMoreIsSaidAsSuch) {
   ASSERT_NE(op, there.differences.end());
   EXPECT_EQ(op->frame_a, a.slaves[0].startup.steps.back().frame.number);
   EXPECT_EQ(op->frame_b, b.slaves[0].startup.steps[1].frame.number);
+}
+
+/// What is relevant, in order.
+Names Relevant(const CaptureDiff& diff) {
+  Names names;
+  for (const Difference& d : diff.differences) {
+    if (d.relevant) names.push_back(d.what);
+  }
+  return names;
+}
+
+const std::string kOutputs = "+1ms FPWR 0x1001:0x0810 00 11 06 00 64 00 01 00\n";
+const std::string kLongOutputs = "+1ms FPWR 0x1001:0x0810 00 11 08 00 64 00 01 00\n";
+const std::string kWatchdog = "+1ms FPWR 0x1001:0x0420 E8 03\n";
+const std::string kOtherWatchdog = "+1ms FPWR 0x1001:0x0420 64 00\n";
+
+/// PREOP, then SAFEOP refused with this code.
+std::string RefusedWith(const std::string& code) {
+  return "+1ms FPWR 0x1001:0x0120 04 00\n+1ms FPRD 0x1001:0x0130 12 00 00 00 " + code + " 00\n";
+}
+
+TEST(CompareCaptures, TheCodeOfTheRefusalDecidesWhatIsRelevant) {
+  const std::string begin = kAddress + kMailbox + State(2);
+  const AnalysisResult a = ResultOf(begin + kOutputs + kWatchdog + State(4) + State(8));
+  const AnalysisResult lengths = ResultOf(begin + kLongOutputs + kOtherWatchdog + RefusedWith("1D"));
+  EXPECT_EQ(Relevant(Compared(a, lengths)), Names{"write of SM2 (0x0810)"});
+  EXPECT_EQ(Relevant(Compared(lengths, a)), Names{"write of SM2 (0x0810)"});
+  EXPECT_EQ(Compared(a, lengths).failed, "SAFEOP refused with 0x001d");
+  // Near miss: the same differences, and a code about something else.
+  const AnalysisResult modules = ResultOf(begin + kLongOutputs + kOtherWatchdog + RefusedWith("70"));
+  EXPECT_TRUE(Relevant(Compared(a, modules)).empty());
+  // A code without a row is about what a slave checks at the request.
+  const AnalysisResult unspecified = ResultOf(begin + kLongOutputs + kOtherWatchdog + RefusedWith("01"));
+  EXPECT_EQ(Relevant(Compared(a, unspecified)), Names{"write of SM2 (0x0810)"});
+}
+
+TEST(CompareCaptures, WhatComesAfterTheRefusalIsNotRelevant) {
+  const std::string begin = kAddress + kMailbox + State(2);
+  const AnalysisResult a = ResultOf(begin + kOutputs + State(4) + State(8));
+  const AnalysisResult b = ResultOf(begin + kOutputs + RefusedWith("1D") + kLongOutputs);
+  EXPECT_TRUE(Relevant(Compared(a, b)).empty());
+}
+
+TEST(CompareCaptures, EachCodeWithReasonsIsAboutSettings) {
+  for (const std::uint16_t code : CodesWithReasons()) EXPECT_FALSE(SettingsOfRefusal(code, 0).empty()) << code;
+  EXPECT_TRUE(SettingsOfRefusal(0x0011, 0).empty());
 }
 
 TEST(CompareCaptures, AValueThatIsPutRightLaterIsADifference) {

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <set>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/result/rule_info.h"
 #include "analyzers/wiring/event_bus.h"
+#include "analyzers/words/drive_text.h"
 #include "cli/report/sentences.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/device/profile_registry.h"
@@ -33,15 +35,17 @@ using device::DriveState;
 class Log : public EventBus {
  public:
   Log() {
-    ListenTo<model::DriveCommanded, model::DriveStateChanged, model::DriveIllegalCommand, model::DriveIllegalChange>(
-        Stage::kModel, *this);
+    ListenTo<model::DriveCommanded, model::DriveBits, model::DriveStateChanged, model::DriveIllegalCommand,
+             model::DriveIllegalChange>(Stage::kModel, *this);
   }
   void On(const model::DriveCommanded& e) { commands.push_back(e); }
+  void On(const model::DriveBits& e) { bits.push_back(e); }
   void On(const model::DriveStateChanged& e) { states.push_back(e); }
   void On(const model::DriveIllegalCommand& e) { illegal_commands.push_back(e); }
   void On(const model::DriveIllegalChange& e) { illegal_changes.push_back(e); }
 
   std::vector<model::DriveCommanded> commands;
+  std::vector<model::DriveBits> bits;
   std::vector<model::DriveStateChanged> states;
   std::vector<model::DriveIllegalCommand> illegal_commands;
   std::vector<model::DriveIllegalChange> illegal_changes;
@@ -54,20 +58,21 @@ class SdoDrive {
     unit.SetFamily(*device::BuiltinProfile(profile));
   }
   void Control(std::uint16_t word) { Transfer(0x6040, word, mailbox::SdoService::kDownload); }
+  void Mode(std::int8_t mode) { Transfer(0x6060, static_cast<std::uint8_t>(mode), mailbox::SdoService::kDownload, 1); }
   void Status(std::uint16_t word) { Transfer(0x6041, word, mailbox::SdoService::kUpload); }
 
   Log log;
 
  private:
-  void Transfer(std::uint16_t index, std::uint16_t word, mailbox::SdoService service) {
+  void Transfer(std::uint16_t index, std::uint16_t word, mailbox::SdoService service, std::size_t size = 2) {
     const std::array<std::uint8_t, 2> bytes{static_cast<std::uint8_t>(word), static_cast<std::uint8_t>(word >> 8U)};
     mailbox::SdoTransfer transfer;
     transfer.slave = 0;
     transfer.service = service;
     transfer.has_object = true;
     transfer.index = index;
-    transfer.data = bytes;
-    transfer.size = 2;
+    transfer.data = std::span(bytes).first(size);
+    transfer.size = size;
     time_ += 1'000'000;
     transfer.request = {++frame_, time_, true};
     transfer.response = {++frame_, time_, true};
@@ -199,6 +204,27 @@ TEST(DriveUnit, BitsOfTheModeAreNoCommand) {
   for (const unsigned word : {0x001FU, 0x003FU, 0x010FU, 0xFF0FU & 0xFF7FU})
     drive.Control(static_cast<std::uint16_t>(word));
   EXPECT_TRUE(drive.log.commands.empty());
+}
+
+TEST(DriveUnit, EdgesOfBitsThatStartOrHoldAreNamed) {
+  const auto text = [](std::string_view profile, std::int8_t mode, std::uint16_t before, std::uint16_t word) {
+    SdoDrive drive(profile);
+    drive.Status(0x0227);
+    drive.Mode(mode);
+    drive.Control(before);
+    drive.Control(word);
+    return drive.log.bits.empty() ? "" : EdgesText(*device::BuiltinProfile(profile)->drive, drive.log.bits.back());
+  };
+  // CiA 402, profile position and homing; PILZ 4.4.2.
+  EXPECT_EQ(text("generic", 1, 0x000F, 0x001F), "bit 4 rises: new setpoint (control word 0x001f)");
+  EXPECT_EQ(text("generic", 6, 0x001F, 0x010F),
+            "bit 4 falls: homing operation start, bit 8 rises: halt (control word 0x010f)");
+  EXPECT_EQ(text("pilz-pmcprotego-d", 6, 0x000F, 0x800F), "bit 15 rises: start homing (control word 0x800f)");
+  EXPECT_EQ(text("pilz-pmcprotego-d", 8, 0x100F, 0x000F),
+            "bit 12 falls: clear SAVE command channel (control word 0x000f)");
+  // Heartbeats and commands of the state machine.
+  EXPECT_EQ(text("generic", 1, 0x000F, 0x080F), "");
+  EXPECT_EQ(text("generic", 1, 0x0006, 0x000F), "");
 }
 
 TEST(DriveUnit, FaultIsReachedFromEveryState) {

@@ -99,6 +99,8 @@ bool Take(const std::string& key, const std::string& value, const Trace& trace, 
   }
   if (key == "caused_by") {
     finding.caused_by = value;
+  } else if (key.starts_with("cause.")) {
+    finding.cause_arguments.emplace_back(key.substr(std::string_view("cause.").size()), value);
   } else if (key == "confidence") {
     finding.confidence = value;
   } else if (key == "kind") {
@@ -234,6 +236,11 @@ bool Matches(const ExpectedFinding& expected, const Finding& finding, const Anal
       expected.slave ? slave != nullptr && slave->position == *expected.slave : finding.slave == kNoSlave;
   const std::string cause = finding.caused_by == kNoFinding ? "" : std::string(result.findings[finding.caused_by].rule);
   const bool inferred = finding.confidence == Confidence::kInferred;
+  const bool same_cause =
+      cause == expected.caused_by &&
+      std::all_of(expected.cause_arguments.begin(), expected.cause_arguments.end(), [&](const auto& argument) {
+        return !cause.empty() && HasArgument(result.findings[finding.caused_by], argument.first, argument.second);
+      });
   const bool same_kind =
       finding.kind->name == expected.kind && (!expected.axis || *expected.axis == finding.axis + 1U) &&
       std::all_of(expected.notes.begin(), expected.notes.end(),
@@ -244,8 +251,7 @@ bool Matches(const ExpectedFinding& expected, const Finding& finding, const Anal
                   [&](const auto& argument) { return HasArgument(finding, argument.first, argument.second); });
   return same_kind && finding.rule == expected.rule && Name(finding.severity) == expected.severity && same_slave &&
          finding.first.number == expected.frame && (!expected.last || finding.last.number == *expected.last) &&
-         finding.count == expected.count && cause == expected.caused_by &&
-         inferred == (expected.confidence == "inferred") &&
+         finding.count == expected.count && same_cause && inferred == (expected.confidence == "inferred") &&
          std::all_of(expected.related.begin(), expected.related.end(), [&](FrameNo frame) {
            return std::find(finding.related_frames.begin(), finding.related_frames.end(), frame) !=
                   finding.related_frames.end();

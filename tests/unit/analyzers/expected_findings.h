@@ -15,6 +15,7 @@
 /// related ones, note= a note that it must have, without= a note or an argument that it must not have. axis= counts
 /// from 1. Other words are arguments: NAME=VALUE, or NOTE.NAME=VALUE of a note, with the value as reports write it,
 /// without its meaning ("0x001d", "6040h:0", "frame 12" or "12"), as the code of a word, or "yes" and "no".
+/// cause.NAME=VALUE is an argument of the finding that caused_by= names.
 #pragma once
 
 #include <optional>
@@ -37,6 +38,7 @@ struct ExpectedFinding {
   std::optional<FrameNo> last;
   std::uint64_t count = 1;
   std::string caused_by;  ///< rule of the cause, empty for none
+  std::vector<std::pair<std::string, std::string>> cause_arguments;
   std::string confidence = "observed";
   std::vector<FrameNo> related;
   std::string kind;

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "decoder/base/cbor.h"
 #include "decoder/base/json.h"
-#include "decoder/base/packed_json.h"
 
 namespace ecaudit {
 namespace {
@@ -61,12 +61,13 @@ void ExpectAsTheLibrary(const std::string& text) {
   ASSERT_EQ(reading.document.has_value(), !wanted.is_discarded()) << text << "\n" << reading.problem;
   if (!reading.document) return;
   EXPECT_EQ(Differ(reading.document->root(), wanted, "root"), "") << text;
-  const std::string packed = PackJson(text);
-  EXPECT_EQ(packed.empty(), reading.repeated_key.has_value()) << text;
-  if (packed.empty()) return;
-  const std::optional<JsonDocument> unpacked = UnpackJson(packed);
+  const std::string cbor = CborOf(text);
+  EXPECT_EQ(cbor.empty(), reading.repeated_key.has_value()) << text;
+  if (cbor.empty()) return;
+  const std::optional<JsonDocument> unpacked = ReadCbor(cbor);
   ASSERT_TRUE(unpacked.has_value()) << text;
-  EXPECT_EQ(Differ(unpacked->root(), wanted, "root"), "") << text;
+  // -0 is 0 in CBOR.
+  EXPECT_EQ(Differ(unpacked->root(), json::from_cbor(json::to_cbor(wanted)), "root"), "") << text;
 }
 
 constexpr std::string_view kDocument =
@@ -81,17 +82,17 @@ TEST(JsonTree, KeepsWhatThereIs) {
   }
 }
 
-TEST(JsonTree, WhatIsNotPackedWholeIsNothing) {
-  const std::string packed = PackJson(kDocument);
-  ASSERT_FALSE(packed.empty());
-  for (std::size_t length = 0; length < packed.size(); ++length) {
-    EXPECT_FALSE(UnpackJson(std::string_view(packed).substr(0, length)).has_value()) << length;
+TEST(JsonTree, WhatIsNoWholeCborIsNothing) {
+  const std::string cbor = CborOf(kDocument);
+  ASSERT_FALSE(cbor.empty());
+  for (std::size_t length = 0; length < cbor.size(); ++length) {
+    EXPECT_FALSE(ReadCbor(std::string_view(cbor).substr(0, length)).has_value()) << length;
   }
-  EXPECT_FALSE(UnpackJson(packed + '\0').has_value());
+  EXPECT_FALSE(ReadCbor(cbor + '\0').has_value());
   std::string nested;
-  for (unsigned i = 0; i < 1000; ++i) nested += "\x06\x01";
-  EXPECT_FALSE(UnpackJson(nested).has_value());
-  EXPECT_TRUE(PackJson("[1").empty());
+  for (unsigned i = 0; i < 1000; ++i) nested += "\x81";  // an array of one
+  EXPECT_FALSE(ReadCbor(nested).has_value());
+  EXPECT_TRUE(CborOf("[1").empty());
 }
 
 TEST(JsonTree, TakesAndRefusesWhatTheLibraryDoes) {

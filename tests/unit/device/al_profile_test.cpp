@@ -61,7 +61,7 @@ TEST(AlProfile, TransitionsAreThoseOfTheManuals) {
       ASSERT_NE(found, nullptr);
       EXPECT_EQ(found->allowed, row.at("allowed") == "yes");
       EXPECT_EQ(found->basis, row.at("basis") == "printed" ? Basis::kPrinted : Basis::kInferred);
-      EXPECT_EQ(found->source, Citation(row.at("source")));
+      EXPECT_EQ(found->source, CitationOf(row.at("source")));
       std::string codes;
       for (const std::uint16_t code : found->refusal_codes) {
         codes += (codes.empty() ? "0x00" : " or 0x00") + std::string(code == 0x1A ? "1A" : Hex(code, 2).substr(2));
@@ -87,7 +87,7 @@ TEST(AlProfile, StatusCodesAreThoseOfTheManuals) {
       ASSERT_NE(code, nullptr) << row.at("code");
       EXPECT_EQ(code->name, row.at("name"));
       EXPECT_EQ(code->result, row.at("resulting_state"));
-      EXPECT_EQ(code->source, Citation(row.at("source")));
+      EXPECT_EQ(code->source, CitationOf(row.at("source")));
       std::string applies = code->any_transition ? "all" : "";
       const auto letter = [](AlState state) { return std::string(1, esc::StateName(state)[0]); };
       for (const AlState state : code->states) applies += (applies.empty() ? "" : "; ") + letter(state);

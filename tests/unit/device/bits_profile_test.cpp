@@ -49,7 +49,7 @@ TEST(BitsProfile, AlRegisterBitsAreThoseOfTheManuals) {
       }
       EXPECT_EQ(Printed(bits[i].drive), rows[i].at("drive_access"));
       EXPECT_EQ(Printed(bits[i].ecat), rows[i].at("ecat_access"));
-      EXPECT_EQ(bits[i].source, Citation(rows[i].at("source")));
+      EXPECT_EQ(bits[i].source, CitationOf(rows[i].at("source")));
     }
   }
 }
@@ -69,7 +69,7 @@ TEST(BitsProfile, EventBitsAreThoseOfTheManuals) {
       EXPECT_EQ(bits[i].meaning, rows[i].at("meaning"));
       EXPECT_EQ(Printed(bits[i].drive), rows[i].at("drive_access"));
       EXPECT_EQ(Printed(bits[i].ecat), rows[i].at("ecat_access"));
-      EXPECT_EQ(bits[i].source, Citation(rows[i].at("source")));
+      EXPECT_EQ(bits[i].source, CitationOf(rows[i].at("source")));
     }
   }
 }

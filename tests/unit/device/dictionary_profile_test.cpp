@@ -81,7 +81,7 @@ void CompareWithTable(std::string_view profile, std::string_view table) {
     EXPECT_EQ(found->scale, row.at("float_scale"));
     EXPECT_EQ(found->name, row.at("description"));
     EXPECT_EQ(found->keyword, row.at("ascii_parameter"));
-    EXPECT_EQ(found->source, Citation(row.at("source")));
+    EXPECT_EQ(found->source, CitationOf(row.at("source")));
   }
 }
 
@@ -179,7 +179,7 @@ TEST(DictionaryProfile, EmergencyCodesAreThoseOfTheManual) {
       } else {
         EXPECT_EQ(found->text, row.at("description"));
       }
-      EXPECT_EQ(found->source, Citation(row.at("source")));
+      EXPECT_EQ(found->source, CitationOf(row.at("source")));
     }
     EXPECT_EQ(emergency.codes.size(), count);
   }

@@ -51,7 +51,7 @@ TEST(DriveProfile, StatesAreThoseOfTheManuals) {
                                      [&](const test::CsvRow& d) { return d.at("state") == row.at("state"); });
       ASSERT_NE(text, descriptions.end());
       EXPECT_EQ(found->meaning, text->at("meaning"));
-      EXPECT_NE(found->source.find(Citation(text->at("source"))), std::string::npos);
+      EXPECT_NE(found->source.find(CitationOf(text->at("source"))), std::string::npos);
     }
   }
 }
@@ -74,7 +74,7 @@ TEST(DriveProfile, CommandsAreThoseOfTheManuals) {
         transitions += (transitions.empty() ? "" : ";") + std::to_string(number);
       }
       EXPECT_EQ(transitions, rows[i].at("transitions"));
-      EXPECT_EQ(command.source, Citation(rows[i].at("source")));
+      EXPECT_EQ(command.source, CitationOf(rows[i].at("source")));
       EXPECT_EQ(command.rising, command.name == "Fault reset" ? 0x0080 : 0);
       EXPECT_EQ(command.falling, 0);
     }
@@ -106,7 +106,7 @@ TEST(DriveProfile, PilzEdgesAreThoseOfTheManual) {
     std::string read;
     for (const unsigned bit : {7U, 3U, 2U, 1U, 0U}) read += Level(command, bit);
     EXPECT_EQ(command.printed.empty() ? read : command.printed, printed);
-    EXPECT_EQ(command.source, Citation(rows[i].at("source")));
+    EXPECT_EQ(command.source, CitationOf(rows[i].at("source")));
   }
   const auto actions = Table("pilz_controlword_edge_actions");
   ASSERT_EQ(drive.edge_actions.size(), actions.size());
@@ -132,7 +132,7 @@ TEST(DriveProfile, WordBitsAreThoseOfTheManuals) {
         if (!NamesATable(rows[i].at("meaning"))) {
           EXPECT_EQ(bits[i].meaning, rows[i].at("meaning"));
         }
-        EXPECT_EQ(bits[i].source, Citation(rows[i].at("source")));
+        EXPECT_EQ(bits[i].source, CitationOf(rows[i].at("source")));
       }
     }
   }
@@ -153,7 +153,7 @@ TEST(DriveProfile, ModesAreThoseOfTheManuals) {
       const auto text = [](const std::optional<std::int32_t>& number) { return number ? std::to_string(*number) : ""; };
       EXPECT_EQ(text(mode.printed_opmode ? mode.printed_opmode : mode.opmode), rows[i].at("opmode"));
       EXPECT_EQ(text(mode.cmdsource), rows[i].at("cmdsource"));
-      EXPECT_EQ(mode.source, Citation(rows[i].at("source")));
+      EXPECT_EQ(mode.source, CitationOf(rows[i].at("source")));
     }
     const auto mode_bits = Table("mode_bits", family);
     ASSERT_EQ(drive.mode_bits.size(), mode_bits.size());

@@ -46,7 +46,7 @@ TEST(PdoProfile, FixedPdosAreThoseOfTheManuals) {
       const PdoContent* found = pdo.FindFixed(static_cast<std::uint16_t>(Number(row.at("pdo_index"))));
       ASSERT_NE(found, nullptr);
       EXPECT_EQ(DirectionName(found->direction), row.at("direction"));
-      EXPECT_NE(found->source.find(Citation(row.at("source"))), std::string::npos);
+      EXPECT_NE(found->source.find(CitationOf(row.at("source"))), std::string::npos);
       if (row.at("object_index").empty()) {
         EXPECT_FALSE(found->known);
         EXPECT_TRUE(found->entries.empty());
@@ -92,7 +92,7 @@ TEST(PdoProfile, SelectablePdosAreThoseOfTheManuals) {
       const auto found = std::find_if(pdo.selectable.begin(), pdo.selectable.end(),
                                       [&](const SelectablePdo& s) { return s.index == index; });
       ASSERT_NE(found, pdo.selectable.end());
-      EXPECT_EQ(found->source, Citation(row.at("source")));
+      EXPECT_EQ(found->source, CitationOf(row.at("source")));
     }
   }
 }
@@ -111,7 +111,7 @@ TEST(PdoProfile, CyclicObjectsAreThoseOfTheManuals) {
       EXPECT_EQ(DataTypeName(cyclic[i].type), rows[i].at("type"));
       EXPECT_EQ(cyclic[i].bits, Number(rows[i].at("bits")));
       EXPECT_EQ(cyclic[i].name, rows[i].at("name"));
-      EXPECT_EQ(cyclic[i].source, Citation(rows[i].at("source")));
+      EXPECT_EQ(cyclic[i].source, CitationOf(rows[i].at("source")));
     }
   }
 }
@@ -126,7 +126,7 @@ TEST(PdoProfile, MappingRulesAreThoseOfTheManuals) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       EXPECT_EQ(rules[i].rule, rows[i].at("rule"));
       EXPECT_EQ(rules[i].value, rows[i].at("value"));
-      EXPECT_EQ(rules[i].source, Citation(rows[i].at("source")));
+      EXPECT_EQ(rules[i].source, CitationOf(rows[i].at("source")));
     }
   }
 }

@@ -39,7 +39,7 @@ TEST(LatchProfile, WordsAreThoseOfTheManuals) {
         const std::string input =
             fields[i].input == 0 ? "" : "state of digital input " + std::to_string(fields[i].input);
         EXPECT_EQ(input, rows[i].at("meaning").starts_with("state of digital") ? rows[i].at("meaning") : "");
-        EXPECT_EQ(fields[i].source, Citation(rows[i].at("source")));
+        EXPECT_EQ(fields[i].source, CitationOf(rows[i].at("source")));
       }
     }
   }
@@ -113,7 +113,7 @@ TEST(SyncProfile, ParametersAreThoseOfTheManuals) {
       EXPECT_EQ(parameters[i].meaning, rows[i].at("meaning"));
       EXPECT_EQ(parameters[i].default_value, rows[i].at("default"));
       EXPECT_EQ(parameters[i].limit, rows[i].at("limit"));
-      EXPECT_EQ(parameters[i].source, Citation(rows[i].at("source")));
+      EXPECT_EQ(parameters[i].source, CitationOf(rows[i].at("source")));
     }
   }
 }
@@ -245,7 +245,7 @@ TEST(MailboxProfile, TablesAreThoseOfTheManuals) {
       EXPECT_EQ(mailbox.sizes[i].bytes, Number(sizes[i].at("size")));
       EXPECT_EQ(mailbox.sizes[i].start ? Hex(*mailbox.sizes[i].start) : "",
                 sizes[i].at("start_address").empty() ? "" : Hex(Number(sizes[i].at("start_address"))));
-      EXPECT_THAT(mailbox.sizes[i].source, HasSubstr(Citation(sizes[i].at("source"))));
+      EXPECT_THAT(mailbox.sizes[i].source, HasSubstr(CitationOf(sizes[i].at("source"))));
     }
     for (const test::CsvRow& row : Table("mailbox_types", family)) {
       const MailboxProtocol* protocol = mailbox.FindProtocol(static_cast<std::uint8_t>(Number(row.at("value"))));
@@ -254,7 +254,7 @@ TEST(MailboxProfile, TablesAreThoseOfTheManuals) {
       // The MKD manual calls EoE reserved and describes it elsewhere.
       const bool described = row.at("notes").find("is supported by this family") != std::string::npos;
       EXPECT_EQ(protocol->reserved, row.at("notes").find("reserved") == 0 && !described);
-      EXPECT_THAT(protocol->source, HasSubstr(Citation(row.at("source"))));
+      EXPECT_THAT(protocol->source, HasSubstr(CitationOf(row.at("source"))));
     }
     const auto services = Table("coe_types", family);
     ASSERT_EQ(mailbox.coe_services.size(), services.size());
@@ -322,7 +322,7 @@ TEST(FactsProfile, TablesAreThoseOfTheManuals) {
       EXPECT_EQ(parameter.bit ? std::to_string(*parameter.bit) : "", parameters[i].at("bit"));
       EXPECT_EQ(parameter.value ? std::to_string(*parameter.value) : "", parameters[i].at("value"));
       EXPECT_EQ(parameter.meaning, parameters[i].at("meaning"));
-      EXPECT_EQ(parameter.source, Citation(parameters[i].at("source")));
+      EXPECT_EQ(parameter.source, CitationOf(parameters[i].at("source")));
     }
     const auto limits = Table("limits", family);
     ASSERT_EQ(profile.limits.size(), limits.size());
@@ -330,7 +330,7 @@ TEST(FactsProfile, TablesAreThoseOfTheManuals) {
       EXPECT_EQ(profile.limits[i].name, limits[i].at("limit"));
       EXPECT_EQ(profile.limits[i].value, limits[i].at("value"));
       EXPECT_EQ(profile.limits[i].unit, limits[i].at("unit"));
-      EXPECT_EQ(profile.limits[i].source, Citation(limits[i].at("source")));
+      EXPECT_EQ(profile.limits[i].source, CitationOf(limits[i].at("source")));
     }
     Family with_guide = family;
     if (family.profile == "kollmorgen-akd-2011") with_guide.rows.push_back("akd_ug");
@@ -342,7 +342,7 @@ TEST(FactsProfile, TablesAreThoseOfTheManuals) {
         EXPECT_EQ(profile.facts[i].name, facts[i].at("fact"));
         EXPECT_EQ(profile.facts[i].value, facts[i].at("value"));
       }
-      EXPECT_EQ(profile.facts[i].source, Citation(facts[i].at("source")));
+      EXPECT_EQ(profile.facts[i].source, CitationOf(facts[i].at("source")));
     }
     const auto eeprom = Table("eeprom", family);
     if (eeprom.empty()) continue;  // then the standard categories remain

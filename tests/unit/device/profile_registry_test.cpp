@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "decoder/base/packed_json.h"
+#include "decoder/base/cbor.h"
 #include "decoder/device/embedded_files.h"
 #include "decoder/device/profile_reader.h"
 
@@ -26,14 +26,14 @@ std::vector<std::string> Ids(const std::vector<const DeviceDescription*>& profil
   return ids;
 }
 
-TEST(ProfileRegistry, BuiltinProfilesArePackedAsTheyAreWritten) {
+TEST(ProfileRegistry, BuiltinProfilesAreEmbeddedAsTheyAreWritten) {
   for (const std::string& name : BuiltinProfileNames()) {
-    const std::string packed = PackJson(EmbeddedProfileText(name));
-    EXPECT_FALSE(packed.empty()) << name;
-    EXPECT_TRUE(EmbeddedPackedProfile(name) == packed) << name;
-    EXPECT_TRUE(EmbeddedPackedHead(name) == PackJson(EmbeddedProfileText(name), kHeadKeys)) << name;
+    const std::string cbor = CborOf(EmbeddedProfileText(name));
+    EXPECT_FALSE(cbor.empty()) << name;
+    EXPECT_TRUE(EmbeddedProfileCbor(name) == cbor) << name;
+    EXPECT_TRUE(EmbeddedHeadCbor(name) == CborOf(EmbeddedProfileText(name), kHeadKeys)) << name;
   }
-  EXPECT_TRUE(EmbeddedPackedProfile("nobody").empty());
+  EXPECT_TRUE(EmbeddedProfileCbor("nobody").empty());
 }
 
 TEST(ProfileRegistry, ObjectsOfAProfileAreKnownWithoutParsing) {

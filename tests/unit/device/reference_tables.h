@@ -52,7 +52,7 @@ inline bool NamesATable(const std::string& cell) {
 }
 
 /// "001 §4.3.3" as the profiles cite it: "MKD, 4.3.3".
-inline std::string Citation(const std::string& source) {
+inline std::string CitationOf(const std::string& source) {
   std::string out;
   for (std::size_t i = 0; i < source.size(); ++i) {
     const bool document = (i == 0 || source[i - 1] == ' ') && source.compare(i, 2, "00") == 0;

@@ -29,7 +29,7 @@ TEST(RegisterProfile, RegistersAreThoseOfTheManuals) {
       };
       EXPECT_EQ(right->printed_ecat.empty() ? printed(right->ecat) : right->printed_ecat, row.at("ecat_access"));
       EXPECT_EQ(printed(right->drive), row.at("drive_access"));
-      EXPECT_EQ(right->source, Citation(row.at("source")));
+      EXPECT_EQ(right->source, CitationOf(row.at("source")));
       EXPECT_EQ(right->buffer, address >= 0x1000);
     }
   }

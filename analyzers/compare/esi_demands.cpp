@@ -1,0 +1,358 @@
+#include "analyzers/compare/esi_demands.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "analyzers/words/step_text.h"
+#include "decoder/base/text.h"
+#include "decoder/device/device_description.h"
+#include "decoder/esc/al.h"
+#include "decoder/esc/register_addresses.h"
+
+namespace ecaudit::startup {
+namespace {
+
+using Kind = EsiDemand::Kind;
+using Status = EsiDemand::Status;
+
+constexpr EscAddress kManagerBase = 0x0800;
+constexpr EscAddress kFmmuBase = 0x0600;
+constexpr EscAddress kManagerBytes = 8, kFmmuBytes = 16;
+constexpr unsigned kMostManagers = 16, kMostFmmus = 16;
+constexpr std::uint16_t kModuleIdents = 0xF030;
+constexpr std::size_t kMostDemands = 200;  // of a slave
+constexpr std::uint8_t kAtOp = static_cast<std::uint8_t>(esc::AlState::OP);
+constexpr std::uint8_t kAtSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
+constexpr std::uint8_t kAtPreop = static_cast<std::uint8_t>(esc::AlState::PREOP);
+
+/// What the ESC has after power-on. Source: ESC datasheet, watchdogs.
+std::uint16_t ResetValue(EscAddress address) {
+  return address == esc::kWatchdogDivider ? 0x09C2 : 0x03E8;
+}
+
+struct Written {
+  std::uint8_t value = 0;
+  FrameNo frame = 0;
+};
+
+class Demands {
+ public:
+  Demands(const model::SlaveModel& slave, const EsiEvidence& evidence)
+      : slave_(slave), device_(*slave.profile), evidence_(evidence) {
+    Collect(evidence.bus, true);
+    Collect(evidence.own, false);
+    // The state of before is known only of a start-up from INIT on, of which all is kept.
+    whole_ = requested_.contains(kAtPreop) && evidence.own.steps_left_out == 0 && !evidence.lossy;
+  }
+
+  std::vector<EsiDemand> Run() {
+    SyncManagers(true);
+    Timeout(kAtPreop, device_.esi->timeouts.preop);
+    InitCommands("IP", kAtSafeop);
+    Modules();
+    InitCommands("PS", kAtSafeop);
+    SyncManagers(false);
+    Fmmus();
+    Watchdogs();
+    Activation();
+    Timeout(kAtSafeop, device_.esi->timeouts.safeop_op);
+    InitCommands("SO", kAtOp);
+    Timeout(kAtOp, device_.esi->timeouts.safeop_op);
+    return std::move(all_);
+  }
+
+ private:
+  void Collect(const StartupSummary& startup, bool of_bus) {
+    for (const StartupStep& step : startup.steps) {
+      if (step.frame.number > evidence_.until) continue;
+      switch (step.key.kind) {
+        case StartupKey::Kind::kWrite:
+          if (step.outcome != StartupOutcome::kRefused) Write(step);
+          break;
+        case StartupKey::Kind::kRequest:
+          requested_.insert(static_cast<std::uint8_t>(step.key.address));
+          if (!of_bus) requests_.push_back(&step);
+          break;
+        case StartupKey::Kind::kDownload:
+          downloads_.push_back(&step);
+          break;
+        case StartupKey::Kind::kEeprom:
+        case StartupKey::Kind::kUpload:
+        case StartupKey::Kind::kDrive:
+          break;
+      }
+    }
+  }
+
+  void Write(const StartupStep& step) {
+    for (std::size_t i = 0; i < step.data.size(); ++i) {
+      const auto address = static_cast<EscAddress>(step.key.address + i);
+      Written& byte = registers_[address];
+      if (byte.frame <= step.frame.number) byte = {step.data[i], step.frame.number};
+    }
+  }
+
+  [[nodiscard]] const Written* Byte(EscAddress address) const {
+    const auto at = registers_.find(address);
+    return at == registers_.end() ? nullptr : &at->second;
+  }
+  /// Little endian; nothing where a byte of it was never written.
+  [[nodiscard]] std::optional<std::uint16_t> Word(EscAddress address) const {
+    const Written* low = Byte(address);
+    const Written* high = Byte(static_cast<EscAddress>(address + 1));
+    if (low == nullptr || high == nullptr) return std::nullopt;
+    return static_cast<std::uint16_t>(low->value | high->value << 8U);
+  }
+  [[nodiscard]] FrameNo FrameOf(EscAddress address) const {
+    const Written* byte = Byte(address);
+    return byte == nullptr ? 0 : byte->frame;
+  }
+
+  /// A state, or one above it: a master may skip what is between.
+  [[nodiscard]] bool IsDue(std::uint8_t before) const {
+    return std::any_of(requested_.begin(), requested_.end(), [before](std::uint8_t state) {
+      return esc::IsAlState(state) && state != static_cast<std::uint8_t>(esc::AlState::BOOT) && state >= before;
+    });
+  }
+  /// What is not seen: missing where the capture shows all of the start-up.
+  [[nodiscard]] Status NotSeen(std::uint8_t before) const {
+    return !IsDue(before) ? Status::kNotDue : whole_ ? Status::kMissing : Status::kUnknown;
+  }
+
+  EsiDemand& Add(Kind kind, std::uint8_t before, std::string what) {
+    EsiDemand& demand = all_.emplace_back();
+    demand.kind = kind;
+    demand.before = before;
+    demand.what = std::move(what);
+    return demand;
+  }
+
+  // ----- SDO
+
+  void InitCommands(std::string_view transition, std::uint8_t before) {
+    for (const device::EsiInitCommand& command : device_.esi->init_commands) {
+      const auto& transitions = command.transitions;
+      if (std::find(transitions.begin(), transitions.end(), transition) == transitions.end()) continue;
+      if (all_.size() >= kMostDemands) return;
+      StartupKey key;
+      key.kind = StartupKey::Kind::kDownload;
+      key.complete_access = command.complete_access;
+      key.address = command.index;
+      key.subindex = command.subindex;
+      EsiDemand& demand =
+          Add(Kind::kInitCommand, before,
+              StepNoun(key, StepName(key, command.data.size(), &slave_)) + " (" + std::string(transition) + ")");
+      demand.wanted = StepValue(key, command.data, &slave_);
+      const StartupStep* same = LastDownload([&](const StartupStep& step) { return step.key == key; });
+      if (same != nullptr) {
+        Compare(*same, command, key, demand);
+        continue;
+      }
+      // The whole object at once, or entry by entry: its values are not compared.
+      const StartupStep* other = LastDownload([&](const StartupStep& step) {
+        const bool covers =
+            command.complete_access || (step.key.complete_access && step.key.subindex <= command.subindex);
+        return step.key.address == command.index && covers && step.outcome == StartupOutcome::kDone;
+      });
+      demand.status = other != nullptr ? Status::kMet : NotSeen(before);
+      if (other != nullptr) demand.frame = other->frame.number;
+    }
+  }
+
+  template <typename Fits>
+  [[nodiscard]] const StartupStep* LastDownload(Fits&& fits) const {
+    const StartupStep* last = nullptr;
+    for (const StartupStep* step : downloads_) {
+      if (fits(*step)) last = step;
+    }
+    return last;
+  }
+
+  void Compare(const StartupStep& step, const device::EsiInitCommand& command, const StartupKey& key,
+               EsiDemand& demand) const {
+    demand.frame = step.frame.number;
+    if (step.outcome != StartupOutcome::kDone) {
+      demand.seen = step.note;
+      demand.status = step.outcome == StartupOutcome::kUnknown ? Status::kUnknown : Status::kDiffers;
+      return;
+    }
+    const bool kept = step.data.size() == step.size;
+    const bool same = !kept || command.data.empty() || step.data == command.data;
+    demand.status = same ? Status::kMet : Status::kDiffers;
+    if (!same) demand.seen = StepValue(key, step.data, &slave_);
+  }
+
+  void Modules() {
+    if (!device_.esi->slot_rules || !device_.esi->slot_rules->download_idents) return;
+    EsiDemand& demand = Add(Kind::kModules, kAtSafeop, "download of the module list F030h");
+    const StartupStep* list = LastDownload([](const StartupStep& step) { return step.key.address == kModuleIdents; });
+    if (list == nullptr) {
+      demand.status = NotSeen(kAtSafeop);
+      return;
+    }
+    demand.frame = list->frame.number;
+    demand.status = list->outcome == StartupOutcome::kDone      ? Status::kMet
+                    : list->outcome == StartupOutcome::kUnknown ? Status::kUnknown
+                                                                : Status::kDiffers;
+    if (list->outcome != StartupOutcome::kDone) demand.seen = list->note;
+  }
+
+  // ----- registers
+
+  /// Start and control byte; the length of mailboxes only, that of process data follows from the assigned PDOs.
+  void SyncManagers(bool mailbox) {
+    for (const device::SyncManagerRule& rule : device_.mailbox.sync_managers) {
+      if (rule.use == device::SyncManagerUse::kUnused || rule.mailbox_mode != mailbox || rule.number >= kMostManagers) {
+        continue;
+      }
+      if (!rule.start || !rule.control) continue;  // not from an ESI, or it states no more
+      const auto base = static_cast<EscAddress>(kManagerBase + rule.number * kManagerBytes);
+      const auto start = Word(base);
+      const auto length = Word(static_cast<EscAddress>(base + 2));
+      const Written* control = Byte(static_cast<EscAddress>(base + 4));
+      // A direction without process data needs none.
+      if (!mailbox && ((length && *length == 0) || (!length && IsZero(rule.lengths)))) continue;
+      const std::uint8_t before = mailbox ? kAtPreop : kAtSafeop;
+      EsiDemand& demand = Add(Kind::kSyncManager, before, "SM" + std::to_string(rule.number) + " (" + Hex(base) + ")");
+      const auto text = [&](std::uint32_t at, const std::optional<std::uint32_t>& bytes, std::uint8_t byte) {
+        return "start " + Hex(static_cast<std::uint16_t>(at)) +
+               (mailbox && bytes ? ", length " + std::to_string(*bytes) : std::string()) + ", control " + Hex(byte, 2);
+      };
+      const std::optional<std::uint32_t> wanted_length =
+          rule.lengths.size() == 1 ? std::optional(rule.lengths.front()) : std::nullopt;
+      demand.wanted = text(*rule.start, wanted_length, *rule.control);
+      if (!start || !length || control == nullptr) {
+        demand.status = NotSeen(before);
+        continue;
+      }
+      demand.frame = control->frame;
+      const bool same = *start == *rule.start && control->value == *rule.control &&
+                        (!mailbox || !wanted_length || *length == *wanted_length);
+      demand.status = same ? Status::kMet : Status::kDiffers;
+      if (!same)
+        demand.seen =
+            text(*start, wanted_length ? std::optional<std::uint32_t>(*length) : std::nullopt, control->value);
+    }
+  }
+  [[nodiscard]] static bool IsZero(const std::vector<std::uint32_t>& lengths) {
+    return std::all_of(lengths.begin(), lengths.end(), [](std::uint32_t length) { return length == 0; });
+  }
+
+  /// Which FMMU a master takes for a direction is its own matter.
+  void Fmmus() {
+    constexpr std::uint8_t kReads = 0x01, kWrites = 0x02;
+    const auto demand_of = [&](device::FmmuUse use, std::string_view noun, std::uint8_t bit, unsigned manager) {
+      const auto& uses = device_.esi->fmmus;
+      if (std::find(uses.begin(), uses.end(), use) == uses.end()) return;
+      const auto length = Word(static_cast<EscAddress>(kManagerBase + manager * kManagerBytes + 2));
+      if (!length || *length == 0) return;  // nothing to map
+      EsiDemand& demand = Add(Kind::kFmmu, kAtOp, "an FMMU for the " + std::string(noun));
+      for (unsigned n = 0; n < kMostFmmus; ++n) {
+        const auto base = static_cast<EscAddress>(kFmmuBase + n * kFmmuBytes);
+        const Written* type = Byte(static_cast<EscAddress>(base + 11));
+        const Written* active = Byte(static_cast<EscAddress>(base + 12));
+        if (type == nullptr || active == nullptr || (type->value & bit) == 0 || (active->value & 1U) == 0) continue;
+        demand.status = Status::kMet;
+        demand.frame = type->frame;
+        return;
+      }
+      demand.status = NotSeen(kAtOp);
+    };
+    demand_of(device::FmmuUse::kOutputs, "outputs", kWrites, 2);
+    demand_of(device::FmmuUse::kInputs, "inputs", kReads, 3);
+  }
+
+  void Watchdogs() {
+    for (const auto& [address, value] : device_.esi->watchdogs) {
+      EsiDemand& demand = Add(Kind::kWatchdog, kAtSafeop, "register " + Hex(address) + " (watchdog)");
+      demand.wanted = Hex(value);
+      const auto written = Word(address);
+      demand.frame = FrameOf(address);
+      if (written) {
+        demand.status = *written == value ? Status::kMet : Status::kDiffers;
+        if (*written != value) demand.seen = Hex(*written);
+      } else {
+        demand.status = ResetValue(address) == value && whole_ ? Status::kMet : NotSeen(kAtSafeop);
+      }
+    }
+  }
+
+  /// Low byte: 0x0980, high byte: 0x0981, of one of the operation modes.
+  void Activation() {
+    const std::vector<device::DcMode>& modes = device_.esi->dc_modes;
+    if (modes.empty()) return;
+    constexpr std::size_t kNamed = 4;
+    EsiDemand& demand = Add(Kind::kActivation, kAtSafeop, "AssignActivate (0x0980, 0x0981)");
+    for (std::size_t i = 0; i < modes.size() && i < kNamed; ++i) {
+      demand.wanted += (i == 0 ? "" : " or ") + Hex(static_cast<std::uint16_t>(modes[i].assign_activate));
+      if (!modes[i].name.empty()) demand.wanted += " (" + Printable(modes[i].name) + ")";
+    }
+    if (modes.size() > kNamed) demand.wanted += " or " + Count(modes.size() - kNamed, "other mode");
+    const Written* assignment = Byte(esc::kCyclicUnitControl);
+    const Written* activation = Byte(esc::kDcActivation);
+    const auto offered = [&](std::optional<std::uint8_t> low, std::uint8_t high) {
+      return std::any_of(modes.begin(), modes.end(), [&](const device::DcMode& mode) {
+        return (!low || (mode.assign_activate & 0xFFU) == *low) && (mode.assign_activate >> 8U & 0xFFU) == high;
+      });
+    };
+    if (activation == nullptr) {
+      demand.status = whole_ && offered(0, 0) ? Status::kMet : NotSeen(kAtSafeop);
+      return;
+    }
+    const std::optional<std::uint8_t> low = assignment != nullptr ? std::optional(assignment->value) : std::nullopt;
+    demand.frame = activation->frame;
+    // Switched off: 0x0980 does not matter.
+    const bool fits = offered(activation->value == 0 ? std::nullopt : low, activation->value);
+    demand.status = fits ? Status::kMet : IsDue(kAtSafeop) ? Status::kDiffers : Status::kNotDue;
+    if (!fits) demand.seen = Hex(static_cast<std::uint16_t>(low.value_or(0) | activation->value << 8U));
+  }
+
+  // ----- times
+
+  /// How long the master has to wait for a state.
+  void Timeout(std::uint8_t state, const std::optional<TimeNs>& allowed) {
+    if (allowed.value_or(0) <= 0) return;
+    EsiDemand& demand = Add(Kind::kTimeout, state, "wait for " + esc::StateName(state));
+    demand.wanted = "up to " + Duration(*allowed);
+    demand.status = IsDue(state) ? Status::kUnknown : Status::kNotDue;
+    for (std::size_t i = 0; i < requests_.size(); ++i) {
+      const StartupStep& request = *requests_[i];
+      if (request.key.address != state) continue;
+      demand.frame = request.frame.number;
+      if (request.outcome == StartupOutcome::kDone || request.outcome == StartupOutcome::kRefused) {
+        demand.status = Status::kMet;  // there was an answer to wait for no longer
+        continue;
+      }
+      if (request.outcome != StartupOutcome::kUnanswered) continue;
+      const FrameRef& end = i + 1 < requests_.size() ? requests_[i + 1]->frame : request.last;
+      if (!end.has_time || !request.frame.has_time) continue;
+      const TimeNs waited = end.time - request.frame.time;
+      demand.status = waited >= *allowed ? Status::kMet : Status::kDiffers;
+      demand.seen = waited >= *allowed ? std::string() : "given up after " + Duration(waited);
+    }
+  }
+
+  const model::SlaveModel& slave_;
+  const device::DeviceDescription& device_;
+  const EsiEvidence& evidence_;
+  bool whole_ = false;
+  std::map<EscAddress, Written> registers_;
+  std::set<std::uint8_t> requested_;
+  std::vector<const StartupStep*> requests_, downloads_;
+  std::vector<EsiDemand> all_;
+};
+
+}  // namespace
+
+std::vector<EsiDemand> EsiDemandsOf(const model::SlaveModel& slave, const EsiEvidence& evidence) {
+  if (slave.profile == nullptr || !slave.profile->esi || !evidence.own.seen) return {};
+  return Demands(slave, evidence).Run();
+}
+
+}  // namespace ecaudit::startup
