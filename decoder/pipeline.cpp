@@ -20,6 +20,9 @@ class Fork final : public bus::BusSink {
     ends_.Pass(frame.ref().number);
     events_.Publish(FrameSeen{frame, direction});
   }
+  void OnOther(const wire::FrameView& packet, wire::BridgeFrame bridge) {
+    events_.Publish(OtherPacket{packet, bridge});
+  }
   void OnSent(const wire::FrameView& frame) override { network_.OnSent(frame); }
   void OnTransaction(const bus::BusTransaction& transaction) override { ends_.Push(transaction); }
   void OnDoubtful(const wire::FrameView& sent) override { network_.OnDoubtful(sent); }
@@ -95,6 +98,9 @@ class Pipeline::Impl {
     switch (packet.kind()) {
       case wire::FrameKind::kOther:
         ++statistics_.other_packets;
+        if (const wire::BridgeFrame bridge = wire::BridgeFrameOf(packet.bytes()); bridge != wire::BridgeFrame::kNone) {
+          fork_.OnOther(packet, bridge);
+        }
         if (packet.cut_before_type()) ++statistics_.cut_before_type;
         if (packet.other_link() && statistics_.other_link++ == 0) {
           statistics_.first_other_link = packet.ref();
@@ -114,6 +120,11 @@ class Pipeline::Impl {
         break;
       case wire::FrameKind::kEtherCat:
         break;
+    }
+    if (statistics_.ethercat_frames == 0) {
+      constexpr std::uint64_t kSetBySlaves = std::uint64_t{1} << 41U;
+      statistics_.ethercat_interface = packet.interface_index();
+      statistics_.ethercat_sender = packet.source_mac() & ~kSetBySlaves;
     }
     if (packet.padding() > 0) ++statistics_.padded_frames;
     if (packet.esl().has_time) ++statistics_.esl_frames;

@@ -12,6 +12,7 @@
 #include "decoder/bus/traffic_reader.h"
 #include "decoder/capture/frame_source.h"
 #include "decoder/track/network.h"
+#include "decoder/wire/bridge_frame.h"
 
 namespace ecaudit {
 
@@ -33,6 +34,9 @@ struct PipelineStatistics {
   FrameRef first_other_link;
   std::uint16_t other_link_interface = 0;  ///< the interface of the first of them
   std::uint64_t esl_frames = 0;            ///< frames with a probe's record
+  /// Of the first EtherCAT frame: its capture interface, and its sender without the bit that slaves set.
+  std::uint16_t ethercat_interface = 0;
+  std::uint64_t ethercat_sender = 0;
   FrameRef origin;  ///< first packet of the file with a time stamp, also where it lies before the range
   FrameRef first;   ///< first packet, with a time stamp where there is one
   FrameRef last;
@@ -59,6 +63,12 @@ struct PipelineOptions : bus::PacketRange {
 struct FrameSeen {
   const wire::FrameView& frame;
   bus::Direction direction = bus::Direction::kForeign;
+};
+
+/// A packet of another protocol that switches send; precedes the events of the frames after it.
+struct OtherPacket {
+  const wire::FrameView& packet;
+  wire::BridgeFrame bridge = wire::BridgeFrame::kNone;
 };
 
 class Pipeline {

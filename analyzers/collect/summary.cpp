@@ -1,6 +1,7 @@
 #include "analyzers/collect/summary.h"
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <tuple>
 
@@ -12,6 +13,19 @@
 
 namespace ecaudit {
 namespace {
+
+/// The clock of one slave among those of the bus.
+void AddSettled(BusDcSummary& bus, SlaveId slave, const std::optional<DcSummary>& dc) {
+  if (!dc || !dc->difference_above.seen()) return;
+  if (!dc->settled.seen()) {
+    ++bus.unsettled_clocks;
+    return;
+  }
+  ++bus.settled_clocks;
+  if (dc->settled.number <= bus.settled.number) return;
+  bus.settled = dc->settled;
+  bus.settled_last = slave;
+}
 
 CaptureSummary SummariseCapture(const capture::FrameSource& source, const Pipeline& pipeline) {
   const PipelineStatistics& read = pipeline.statistics();
@@ -210,6 +224,7 @@ AnalysisResult Summarise(const capture::FrameSource& source, const Observation& 
     if (model.network().slaves()[id].replaced) continue;
     result.slaves.push_back(SummariseSlave(id, model));
     result.slaves.back().dc = sync.Summarise(id);
+    AddSettled(result.bus.dc, id, result.slaves.back().dc);
   }
   NumberSlaves(result.slaves);
   return result;

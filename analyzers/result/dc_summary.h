@@ -45,6 +45,9 @@ struct PllSummary {
   std::uint64_t outside = 0;                     ///< reads outside the window in OP
 };
 
+/// A clock whose 0x092C is within this has settled.
+inline constexpr std::uint32_t kClockSettledNs = 1000;
+
 struct DcSummary {
   bool reference = false;                                        ///< its clock is the one that is distributed or read
   std::array<std::optional<std::uint32_t>, 4> receive_times_ns;  ///< 0x0900-0x090C, raw
@@ -55,6 +58,8 @@ struct DcSummary {
   std::uint64_t difference_reads = 0;                            ///< of 0x092C
   std::uint32_t difference_last_ns = 0, difference_max_ns = 0;   ///< magnitudes; meaningless without reads
   FrameNo difference_max_frame = 0;
+  FrameRef difference_above;  ///< the first read above kClockSettledNs; seen() false: none since the slave was set up
+  FrameRef settled;           ///< after it: the first read from which on none is above; seen() false: still above
   std::optional<std::uint16_t> speed_counter_start;
   std::optional<std::int16_t> speed_counter_difference;
   std::optional<std::uint8_t> assignment;  ///< 0x0980 at the end of the capture
@@ -81,6 +86,10 @@ struct BusDcSummary {
   FrameRef first, last;             ///< of these
   double longest_gap_us = 0;        ///< between two of them, by the capture's stamps
   FrameRef longest_gap_end;
+  /// Clocks that were above kClockSettledNs: how many settled, how many did not, and the last that did.
+  std::uint64_t settled_clocks = 0, unsettled_clocks = 0;
+  SlaveId settled_last = kNoSlave;
+  FrameRef settled;
 };
 
 }  // namespace ecaudit

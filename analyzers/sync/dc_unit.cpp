@@ -104,6 +104,12 @@ void DcUnit::OnDifference(const track::SlaveAccess& access) {
     difference_max_ = difference_last_;
     difference_max_frame_ = access.frame();
   }
+  if (difference_last_ > kClockSettledNs) {
+    if (!difference_above_.seen()) difference_above_ = access.frame();
+    settled_ = {};
+  } else if (difference_above_.seen() && !settled_.seen()) {
+    settled_ = access.frame();
+  }
 }
 
 void DcUnit::OnWrite(const track::SlaveAccess& access, const esc::RegisterImage& registers) {
@@ -178,6 +184,7 @@ void DcUnit::BeginAnew() {
   active_.reset();
   last_active_.reset();
   cycle_configured_ = cycle_rewritten_ = {};
+  difference_above_ = settled_ = {};
   own_time_.reset();
 }
 
@@ -193,6 +200,8 @@ DcSummary DcUnit::Summary(const esc::RegisterImage& registers) const {
   s.difference_last_ns = difference_last_;
   s.difference_max_ns = difference_max_;
   s.difference_max_frame = difference_max_frame_.number;
+  s.difference_above = difference_above_;
+  s.settled = settled_;
   if (const auto start = registers.Value<std::uint16_t>(esc::kSpeedCounterStart))
     s.speed_counter_start = esc::SpeedCounterStart(*start);
   if (const auto difference = registers.Value<std::uint16_t>(esc::kSpeedCounterDifference)) {

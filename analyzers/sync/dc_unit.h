@@ -132,6 +132,7 @@ class DcUnit {
   std::uint64_t difference_reads_ = 0;
   std::uint32_t difference_last_ = 0, difference_max_ = 0;
   FrameRef difference_max_frame_;
+  FrameRef difference_above_, settled_;
   std::vector<DcStep> steps_;
   std::uint64_t steps_left_out_ = 0;
 };

@@ -6,6 +6,7 @@
 #include "cli/report/times.h"
 #include "decoder/base/bytes.h"
 #include "decoder/base/text.h"
+#include "decoder/base/time.h"
 #include "decoder/esc/dc_registers.h"
 #include "decoder/esc/register_text.h"
 
@@ -53,6 +54,12 @@ void PutPll(JsonObject& out, const PllSummary& pll) {
   out.Put("outside", pll.outside);
 }
 
+/// From the first read above the limit to the first of the reads that stay within it.
+std::optional<double> SettledAfterMs(const DcSummary& dc) {
+  if (!dc.settled.has_time || !dc.difference_above.has_time) return std::nullopt;
+  return static_cast<double>(Elapsed(dc.difference_above.time, dc.settled.time)) / 1e6;
+}
+
 void PutClockDifference(JsonObject& out, const DcSummary& dc) {
   if (dc.difference_reads == 0) return out.Put("difference", nullptr);
   out.Object("difference", [&](JsonObject& json) {
@@ -60,6 +67,9 @@ void PutClockDifference(JsonObject& out, const DcSummary& dc) {
     json.Put("last_ns", dc.difference_last_ns);
     json.Put("max_ns", dc.difference_max_ns);
     json.Frame("max_frame", dc.difference_max_frame);
+    json.Frame("above_frame", dc.difference_above);
+    json.Frame("settled_frame", dc.settled);
+    json.Put("settled_after_ms", SettledAfterMs(dc));
   });
 }
 
@@ -152,6 +162,12 @@ void PutBusDc(JsonObject& out, std::string_view key, const AnalysisResult& resul
     json.Frame("last_frame", dc.last);
     json.Put("longest_gap_us", OnlyIf(dc.distributions >= 2, dc.longest_gap_us));
     json.Frame("longest_gap_end_frame", dc.longest_gap_end);
+    json.Put("settled_clocks", dc.settled_clocks);
+    json.Put("unsettled_clocks", dc.unsettled_clocks);
+    const SlaveSummary* last = result.slave(dc.settled_last);
+    json.Put("settled_last", last == nullptr ? JsonScalar(nullptr) : last->position);
+    json.Frame("settled_frame", dc.settled);
+    json.Put("settled_s", SecondsSince(result.capture.origin, dc.settled));
   });
 }
 

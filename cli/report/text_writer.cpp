@@ -20,6 +20,7 @@
 #include "cli/report/verdict_line.h"
 #include "cli/report/wireshark_filter.h"
 #include "decoder/base/text.h"
+#include "decoder/base/time.h"
 #include "decoder/esc/al.h"
 
 namespace ecaudit::report {
@@ -279,6 +280,35 @@ class CaptureText {
     return text;
   }
 
+  /// ", within 1000 ns from #812 on, 412.3 ms after #45"; empty if no read was above.
+  [[nodiscard]] static std::string SettledText(const DcSummary& dc) {
+    if (!dc.difference_above.seen()) return {};
+    const std::string limit = std::to_string(kClockSettledNs) + " ns";
+    if (!dc.settled.seen()) return ", still above " + limit + " in the last read";
+    std::string text = ", within " + limit + " from #" + std::to_string(dc.settled.number) + " on";
+    if (dc.settled.has_time && dc.difference_above.has_time) {
+      text += ", " + Duration(Elapsed(dc.difference_above.time, dc.settled.time)) + " after #" +
+              std::to_string(dc.difference_above.number);
+    }
+    return text;
+  }
+
+  /// "3 of 3 clocks within 1000 ns, the last from #812 (0.412300 s) on: slave 2"; empty if none was above.
+  [[nodiscard]] std::string ClockFacts() const {
+    const BusDcSummary& dc = result_.bus.dc;
+    const std::uint64_t all = dc.settled_clocks + dc.unsettled_clocks;
+    if (all == 0) return {};
+    const std::string limit = std::to_string(kClockSettledNs) + " ns";
+    std::string text = Grouped(dc.settled_clocks) + " of " + Count(all, "clock") + " above " + limit + " settled";
+    const SlaveSummary* last = result_.slave(dc.settled_last);
+    if (last == nullptr) return text;
+    text += "; the last is slave " + std::to_string(last->position) + ", within " + limit + " from #" +
+            std::to_string(dc.settled.number);
+    if (const auto seconds = SecondsSince(result_.capture.origin, dc.settled))
+      text += " (" + SecondsText(*seconds) + ")";
+    return text + " on";
+  }
+
   /// "delay 300 ns, offset 29229 ns; SYNC0 every 1 ms since #2528, frames 491.0 to 960.7 us after it"
   [[nodiscard]] static std::string DcText(const DcSummary& dc) {
     std::vector<std::string> parts;
@@ -289,7 +319,7 @@ class CaptureText {
     if (dc.offset_ns && in_use) parts.push_back("offset " + std::to_string(*dc.offset_ns) + " ns");
     if (dc.difference_reads > 0) {
       parts.push_back("difference " + std::to_string(dc.difference_last_ns) + " ns (at most " +
-                      std::to_string(dc.difference_max_ns) + ")");
+                      std::to_string(dc.difference_max_ns) + ")" + SettledText(dc));
     }
     if (dc.activated.seen() && dc.sync0_cycle_ns) {
       std::string sync =
@@ -631,6 +661,7 @@ class CaptureText {
     if (c.frames.outbound > 0) text_.Paragraph(Ledger(), 2);
     text_.Paragraph(TimeFacts(), 2);
     if (!WithoutEtherCat(result_)) text_.Paragraph(BusFacts(), 2);
+    if (const std::string clocks = ClockFacts(); !clocks.empty()) text_.Paragraph(clocks, 2);
     if (const std::string origins = OriginFacts(); !origins.empty()) text_.Paragraph(origins, 2);
     if (const std::string runs = RunFacts(); !runs.empty()) text_.Paragraph(runs, 2);
     if (const std::string events = SignalledFacts(); !events.empty()) text_.Paragraph(events, 2);

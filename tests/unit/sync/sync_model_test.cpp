@@ -360,5 +360,47 @@ TEST(SyncModel, StepsAreBounded) {
   EXPECT_EQ(result.slaves[0].dc->configuration_left_out, 36U);
 }
 
+/// Two slaves, whose clocks are read every 10 ms.
+AnalysisResult AnalyseDifferences(const std::vector<std::pair<std::string, std::string>>& reads) {
+  std::string text = R"(@slaves 2
++0us  APRD 0:0x0010 01 10
++1ms  APRD 1:0x0010 02 10
++1ms  FRMW 0x1001:0x0910 00 00 00 00 01 00 00 00 wkc=2
+)";
+  for (const auto& [first, second] : reads) {
+    text += "+5ms FPRD 0x1001:0x092C " + first + "\n+5ms FPRD 0x1002:0x092C " + second + "\n";
+  }
+  return AnalyseText(text);
+}
+
+constexpr const char* kNear = "0A 00 00 80";  // 10 ns
+constexpr const char* kFar = "10 27 00 00";   // 10 us
+
+TEST(SyncModel, AClockSettlesWithTheFirstOfTheReadsThatStayWithinTheLimit) {
+  const AnalysisResult result =
+      AnalyseDifferences({{kNear, kNear}, {kFar, kFar}, {kNear, kFar}, {kFar, kNear}, {kNear, kNear}});
+  ASSERT_EQ(result.slaves.size(), 2U);
+  const DcSummary& first = *result.slaves[0].dc;
+  const DcSummary& second = *result.slaves[1].dc;
+  EXPECT_EQ(Elapsed(first.difference_above.time, first.settled.time), 30'000'000);
+  EXPECT_EQ(Elapsed(second.difference_above.time, second.settled.time), 20'000'000);
+  EXPECT_EQ(result.bus.dc.settled_clocks, 2U);
+  EXPECT_EQ(result.bus.dc.unsettled_clocks, 0U);
+  EXPECT_EQ(result.bus.dc.settled_last, result.slaves[0].id);
+  EXPECT_EQ(result.bus.dc.settled.number, first.settled.number);
+}
+
+TEST(SyncModel, AClockThatIsAboveTheLimitAtLastHasNotSettled) {
+  const AnalysisResult result = AnalyseDifferences({{kNear, kFar}, {kNear, kNear}, {kNear, kFar}});
+  ASSERT_EQ(result.slaves.size(), 2U);
+  // One that was never above shows no moment.
+  EXPECT_FALSE(result.slaves[0].dc->difference_above.seen());
+  EXPECT_FALSE(result.slaves[0].dc->settled.seen());
+  EXPECT_TRUE(result.slaves[1].dc->difference_above.seen());
+  EXPECT_FALSE(result.slaves[1].dc->settled.seen());
+  EXPECT_EQ(result.bus.dc.settled_clocks, 0U);
+  EXPECT_EQ(result.bus.dc.unsettled_clocks, 1U);
+}
+
 }  // namespace
 }  // namespace ecaudit::test
