@@ -407,6 +407,8 @@ class SyncWatchdogMargin final : public Rule {
     if (e.end != sync::OutputGap::End::kOutputs && !context().sync().outputs(e.slave).direct && !IsMapped(e.slave)) {
       return;
     }
+    // No outputs paused where none ever came: DroppedWithoutOutputs() has that.
+    if (e.end == sync::OutputGap::End::kFell && !e.fed_before && !context().sync().outputs(e.slave).seen) return;
     const bool left_op = e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode);
     if (!watchdog.monitors && !left_op) return;
     FindingIndex index = kNoFinding;
