@@ -52,7 +52,7 @@ class FollowCheck {
       const std::int64_t step = last ? Apart(*last, actual) : 0;
       last = actual;
       if (step == 0) return;
-      one_way = count == 0 || (one_way && up == step > 0);
+      one_way = count == 0 || (one_way && up == (step > 0));
       up = step > 0;
       ++count;
     }

@@ -2,6 +2,7 @@
 #include <utility>
 #include <vector>
 
+#include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
