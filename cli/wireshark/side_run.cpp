@@ -117,7 +117,8 @@ struct SideRun::Plan {
 };
 
 void SideRun::Declare(OptionSet& options) {
-  capture_.Declare(options);
+  options.Arguments("CAPTURE", capture_.captures, "a pcap or pcapng file, also compressed by gzip or zstd");
+  capture_.DeclareSettings(options);
   options.Values("--rule", "ID=SEVERITY", rules_, "error, warning, info, or off for one rule (repeatable)");
   options.Group("Output");
   options.Value("-o,--output", "PATH", output_, "the side file (default: CAPTURE.ecaudit beside the capture)");
@@ -126,7 +127,7 @@ void SideRun::Declare(OptionSet& options) {
 }
 
 ExitStatus SideRun::Run(Console& console) {
-  if (capture_.captures.size() != 1 || capture_.join) {
+  if (capture_.captures.size() != 1) {
     return Fail(console, Error{"wireshark takes one capture, as Wireshark opens it"});
   }
   Plan plan;
