@@ -150,12 +150,13 @@ TEST(BoundedMemory, SlavesAtAllStationAddresses) {
 }
 
 TEST(BoundedMemory, RegistersOfSlavesAtAllStationAddresses) {
-  ExpectBounded(30'000, [](std::uint64_t n, auto& sent, auto& returned) {
+  const auto make = [](std::uint64_t n, auto& sent, auto& returned) {
     // Each register page of each slave: the largest of what is kept of a slave.
     sent.push_back(Of(Cmd::FPWR, static_cast<std::uint16_t>(n % 2048 + 1), static_cast<std::uint16_t>(n / 2048 * 256),
                       Bytes(16, 1)));
     returned.push_back(Answered(sent[0], Bytes(16, 1), 1));
-  });
+  };
+  ExpectBounded(30'000, make, 66 * kMiB);
 }
 
 TEST(BoundedMemory, MailboxesAndProcessDataOfSlavesAtAllStationAddresses) {

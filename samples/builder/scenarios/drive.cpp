@@ -148,7 +148,7 @@ Sample DriveNeverEnabled() {
   story.master.Cycles(20);
   const FrameIds wanted = CommandOnce(story, 0x000B);
   story.Expect("drive-not-enabled", 0, wanted, "bit 2 stays 0, so 0x000B is Quick stop, not Enable operation");
-  story.master.Cycles(150);
+  story.master.Cycles(400);
   return story.Finish();
 }
 
