@@ -103,6 +103,18 @@ bool FitsALine(const std::string& path) {
   return path.find_first_of("\t\r\n") == std::string::npos;
 }
 
+/// One pass over the capture, with its progress on the terminal.
+void RunShown(Observation& observation, TimedSource& source, Progress& progress) {
+  PipelineOptions options;
+  options.stop = &InterruptFlag();
+  options.reached = &ReachedFrame();
+  options.progress = [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
+    progress.Update(done, total, frames);
+  };
+  observation.Run(source, options);
+  progress.Clear();
+}
+
 }  // namespace
 
 struct SideRun::Plan {
@@ -271,14 +283,7 @@ std::optional<Error> SideRun::WriteEvents(Console& console, const Plan& plan, Si
   writer.Begin(observation, context);
   observation.bus().Listen<sync::PhaseMeasured>(Stage::kAfterModel, events, &SideEvents::On);
   Progress progress(console, std::filesystem::path(plan.name).filename().string() + ", events");
-  PipelineOptions options;
-  options.stop = &InterruptFlag();
-  options.reached = &ReachedFrame();
-  options.progress = [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
-    progress.Update(done, total, frames);
-  };
-  observation.Run(source, options);
-  progress.Clear();
+  RunShown(observation, source, progress);
   writer.End();
   events.End();
   if (events.too_late() > 0) {
@@ -308,14 +313,7 @@ std::optional<Error> SideRun::WriteSignals(Console& console, Plan& plan, SideFil
       writer.Begin(observation, context);
     }
     Progress progress(console, label);
-    PipelineOptions options;
-    options.stop = &InterruptFlag();
-    options.reached = &ReachedFrame();
-    options.progress = [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t frames) {
-      progress.Update(done, total, frames);
-    };
-    observation.Run(source, options);
-    progress.Clear();
+    RunShown(observation, source, progress);
     if (InterruptFlag()) return std::nullopt;
     if (!learning) break;
     if (auto error = writer.EndLearning(console)) return error;
