@@ -7,7 +7,7 @@
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
+#include "analyzers/words/address_text.h"
 #include "decoder/base/time.h"
 #include "decoder/bus/direction.h"
 #include "decoder/bus/two_index_sequences.h"
@@ -93,12 +93,6 @@ from the segment. If the recorder joins two segments with the same addresses on 
 
 constexpr Word kSegment{"segment-of-second-sender", "the segment of the second sender"};
 constexpr Word kSameSegment{"same-segment", "whether two senders are on one segment"};
-
-std::string NameOf(std::uint64_t mac) {
-  std::array<std::uint8_t, 6> bytes{};
-  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(mac >> (40U - 8U * i) & 0xFFU);
-  return MacText(bytes);
-}
 
 /// Place and size of process data; never 0.
 std::uint64_t ImageOf(const wire::DatagramView& datagram) {
@@ -205,8 +199,8 @@ class BusSecondMaster final : public Rule {
     } else {
       finding.Set("slaves", arg::Count(*second_->slaves, "slave"));
     }
-    finding.Set("first_master", arg::Text(NameOf(first_->mac)))
-        .Set("second_master", arg::Text(NameOf(second_->mac)))
+    finding.Set("first_master", arg::Text(AddressText(first_->mac)))
+        .Set("second_master", arg::Text(AddressText(second_->mac)))
         .Set("turns", arg::Number(static_cast<std::int64_t>(turns_)));
     AddRelated(finding, before_second_.number);
     Report(0, std::move(finding));
@@ -281,7 +275,7 @@ class BusSecondMaster final : public Rule {
     if (!collide) finding.confidence = Confidence::kInferred;
     finding.last = last_turn_;
     finding.count = turns_seen_;
-    finding.Set("card", arg::Text(NameOf(mac)))
+    finding.Set("card", arg::Text(AddressText(mac)))
         .Set("index", arg::Hex(sequences_.current().first_index, 2))
         .Set("other_index", arg::Hex(sequences_.other().first_index, 2))
         .Set("set_up_twice", arg::Flag(sequences_.SetUpTwice()));

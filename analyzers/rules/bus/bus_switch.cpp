@@ -6,7 +6,7 @@
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "decoder/base/text.h"
+#include "analyzers/words/address_text.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::bus_switch {
@@ -55,12 +55,6 @@ tests/rules/bus-switch/violates.trace
 Connect the master to the first slave directly. If the capture comes from a mirror port of a switch, use a tap: such a
 port changes stamps and order.
 )"};
-
-std::string NameOf(std::uint64_t mac) {
-  std::array<std::uint8_t, 6> bytes{};
-  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(mac >> (40U - 8U * i) & 0xFFU);
-  return MacText(bytes);
-}
 
 class BusSwitch final : public Rule {
  public:
@@ -116,7 +110,7 @@ class BusSwitch final : public Rule {
     const Word& protocol = sender.bridge == wire::BridgeFrame::kSpanningTree          ? kStp
                            : sender.bridge == wire::BridgeFrame::kSpanningTreePerVlan ? kPerVlan
                                                                                       : kLldp;
-    finding.Set("sender", arg::Text(NameOf(sender.mac)))
+    finding.Set("sender", arg::Text(AddressText(sender.mac)))
         .Set("protocol", arg::Of(protocol))
         .Set("frames", arg::Count(sender.frames, "frame"));
     (void)Report(0, std::move(finding));
