@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <optional>
-#include <string>
 #include <string_view>
 
 #include "analyzers/model/drive_events.h"
 #include "analyzers/model/process_image.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/model/terminal_channels.h"
 
 namespace ecaudit::model {
 namespace {
@@ -35,28 +34,12 @@ constexpr std::array kTerminalEntries{
     TerminalEntry{false, 0x08, 16, 0x6077, "torqueactualvalue"},
 };
 
-constexpr std::uint16_t kDeviceType = 0x1000;
-constexpr std::uint32_t kModular = 5001;
 constexpr std::uint32_t kServoModule = 742;
-constexpr std::uint16_t kTerminalOutputs = 0x7000;
-constexpr std::uint16_t kTerminalInputs = 0x6000;
-constexpr std::uint16_t kPerChannel = 0x10;
-constexpr std::uint8_t kMostChannels = 16;
 constexpr std::uint8_t kMostAxes = 8;
-
-std::string Letters(std::string_view name) {
-  std::string letters;
-  for (const char c : name) {
-    if (std::isalpha(static_cast<unsigned char>(c)) != 0) {
-      letters += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    }
-  }
-  return letters;
-}
 
 /// The entry ends with its name: ESI files put the channel or the PDO before it.
 bool Contradicts(const Signal& signal, const TerminalEntry& entry) {
-  return !signal.name.empty() && !signal.name_inferred && !Letters(signal.name).ends_with(entry.name);
+  return !signal.name.empty() && !signal.name_inferred && !LettersOf(signal.name).ends_with(entry.name);
 }
 
 const TerminalEntry* EntryOf(bool output, std::uint8_t subindex, std::uint16_t bits) {
@@ -67,9 +50,7 @@ const TerminalEntry* EntryOf(bool output, std::uint8_t subindex, std::uint16_t b
 }
 
 std::optional<std::uint8_t> ChannelOf(std::uint16_t index, bool output) {
-  const std::uint16_t first = output ? kTerminalOutputs : kTerminalInputs;
-  if (index < first || index >= first + kMostChannels * kPerChannel || index % kPerChannel != 0) return std::nullopt;
-  return static_cast<std::uint8_t>((index - first) / kPerChannel);
+  return output == (index >= kTerminalOutputs) ? TerminalChannelOf(index) : std::nullopt;
 }
 
 /// By the entries of the channel in both directions: a control word, a set point and a status word, or a word of each
@@ -99,10 +80,9 @@ std::vector<std::uint8_t> AxesOf(const SlaveModel& slave) {
   };
   const auto& outputs = slave.process.rx().signals;
   if (std::none_of(outputs.begin(), outputs.end(), has_word)) return channels;
-  const ObjectValue* const type = slave.objects.Find(kDeviceType, 0);
-  const bool modular = type != nullptr && (type->raw & 0xFFFFU) == kModular && type->raw >> 16U != 0;
-  const bool servo = modular && type->raw >> 16U == kServoModule;
-  if (modular && !servo) return channels;
+  const std::optional<std::uint32_t> module = ModuleProfileOf(slave);
+  const bool servo = module == kServoModule;
+  if (module && !servo) return channels;
   for (std::uint8_t channel = 0; channel < kMostChannels && channels.size() < kMostAxes; ++channel) {
     if (IsAxis(slave, channel, servo)) channels.push_back(channel);
   }

@@ -1,11 +1,10 @@
 #include "analyzers/progress/terminal_watch.h"
 
 #include <algorithm>
-#include <cctype>
-#include <string>
 #include <string_view>
 
 #include "analyzers/model/slave_model.h"
+#include "analyzers/model/terminal_channels.h"
 #include "decoder/base/bytes.h"
 
 namespace ecaudit::progress {
@@ -33,12 +32,6 @@ constexpr std::array kMotorEntries{
     MotorEntry{false, 0x06, 1, MotorRole::kMovingNegative, "movingnegative"},
 };
 
-constexpr std::uint16_t kOutputs = 0x7000;
-constexpr std::uint16_t kInputs = 0x6000;
-constexpr std::uint16_t kPerChannel = 0x10;
-constexpr std::uint8_t kMostChannels = 16;
-constexpr std::uint16_t kDeviceType = 0x1000;
-constexpr std::uint32_t kModular = 5001;
 constexpr std::array<std::uint32_t, 2> kMotorModules{703, 733};
 
 // A terminal releases its output stage within some milliseconds; a second is long for any.
@@ -48,28 +41,12 @@ constexpr TimeNs kMotorErrorNs = 20'000'000;
 constexpr std::uint32_t kMotorMoves = 20;
 constexpr std::size_t kMostRecords = 16;
 
-std::string LettersOf(std::string_view name) {
-  std::string letters;
-  for (const char c : name) {
-    if (std::isalpha(static_cast<unsigned char>(c)) != 0) {
-      letters += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    }
-  }
-  return letters;
-}
-
 const MotorEntry* MotorEntryOf(const model::Signal& signal) {
-  const bool output = signal.index >= kOutputs;
+  const bool output = signal.index >= model::kTerminalOutputs;
   for (const MotorEntry& entry : kMotorEntries) {
     if (entry.output == output && entry.subindex == signal.subindex && entry.bits == signal.bits) return &entry;
   }
   return nullptr;
-}
-
-std::optional<std::uint8_t> MotorChannelOf(std::uint16_t index) {
-  const std::uint16_t first = index >= kOutputs ? kOutputs : kInputs;
-  if (index < first || index >= first + kMostChannels * kPerChannel || index % kPerChannel != 0) return std::nullopt;
-  return static_cast<std::uint8_t>((index - first) / kPerChannel);
 }
 
 enum class Evidence : std::uint8_t { kNone, kShape, kKnown };
@@ -80,11 +57,11 @@ Evidence EvidenceOf(const model::SlaveModel& slave, std::uint8_t channel) {
   bool named = false;
   for (const model::ProcessLayout* layout : {&slave.process.rx(), &slave.process.tx()}) {
     for (const model::Signal& signal : layout->signals) {
-      if (signal.gap() || MotorChannelOf(signal.index) != channel) continue;
+      if (signal.gap() || model::TerminalChannelOf(signal.index) != channel) continue;
       const MotorEntry* const entry = MotorEntryOf(signal);
       if (entry == nullptr) continue;
       if (!signal.name.empty() && !signal.name_inferred) {
-        if (!LettersOf(signal.name).ends_with(entry->name)) return Evidence::kNone;
+        if (!model::LettersOf(signal.name).ends_with(entry->name)) return Evidence::kNone;
         named = true;
       }
       has[static_cast<std::size_t>(entry->role)] = true;
@@ -96,11 +73,9 @@ Evidence EvidenceOf(const model::SlaveModel& slave, std::uint8_t channel) {
   if (!all({MotorRole::kEnable, MotorRole::kReset, MotorRole::kReadyToEnable, MotorRole::kReady, MotorRole::kError})) {
     return Evidence::kNone;
   }
-  const model::ObjectValue* const type = slave.objects.Find(kDeviceType, 0);
-  if (type != nullptr && (type->raw & 0xFFFFU) == kModular && type->raw >> 16U != 0) {
-    const auto module = static_cast<std::uint32_t>(type->raw >> 16U);
-    return std::find(kMotorModules.begin(), kMotorModules.end(), module) != kMotorModules.end() ? Evidence::kKnown
-                                                                                                : Evidence::kNone;
+  if (const auto module = model::ModuleProfileOf(slave)) {
+    return std::find(kMotorModules.begin(), kMotorModules.end(), *module) != kMotorModules.end() ? Evidence::kKnown
+                                                                                                 : Evidence::kNone;
   }
   if (named) return Evidence::kKnown;
   if (!all({MotorRole::kVelocity})) return Evidence::kNone;
@@ -115,7 +90,7 @@ MotorPlaces::MotorPlaces(const model::ImagePart& part) {
   if (!part.layout->known()) return;
   for (const model::ImagePart::Place& place : part.places) {
     const model::Signal& signal = part.layout->signals[place.signal];
-    const std::optional<std::uint8_t> channel = MotorChannelOf(signal.index);
+    const std::optional<std::uint8_t> channel = model::TerminalChannelOf(signal.index);
     const MotorEntry* const entry = channel ? MotorEntryOf(signal) : nullptr;
     if (entry == nullptr) continue;
     const Evidence evidence = EvidenceOf(*part.model, *channel);
