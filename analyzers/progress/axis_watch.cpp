@@ -151,8 +151,9 @@ void AxisWatch::TakeLimits(const AxisValues& values) {
 
 /// By the mode of now: what is 0 may be of another one.
 void AxisWatch::FindZeroLimit() {
-  const std::int8_t mode = now_.mode().value_or(kCyclicPosition);
   now_.zero_limit = 0;
+  if (limit_is_zero_.none()) return;
+  const std::int8_t mode = now_.mode().value_or(kCyclicPosition);
   for (std::size_t i = 0; i < kLimitRoles.size(); ++i) {
     if (!limit_is_zero_[i]) continue;
     const Role limit = kLimitRoles[i];
@@ -386,7 +387,8 @@ void AxisWatch::Forget() {
   TakeCollected();
   collected_.reset();
   shifted_.reset();
-  limit_is_zero_ = limit_mapped_ = {};
+  limit_is_zero_.reset();
+  limit_mapped_.reset();
   AxisView fresh;
   fresh.control_mapped = now_.control_mapped;
   fresh.limits = now_.limits;

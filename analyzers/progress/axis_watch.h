@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cstdint>
 #include <memory>
 #include <utility>
@@ -173,7 +174,7 @@ class AxisWatch {
   Newest newest_outputs_, newest_inputs_;
   std::unique_ptr<Collected> collected_;  ///< of an axis in several parts that one frame brings
   std::unique_ptr<Shifted> shifted_;      ///< null: nothing differs
-  std::array<bool, kLimitRoles.size()> limit_is_zero_{}, limit_mapped_{};
+  std::bitset<kLimitRoles.size()> limit_is_zero_, limit_mapped_;
   std::optional<device::DriveState> last_state_;
   std::optional<std::uint16_t> error_code_;
   bool lost_unasked_ = false, voltage_lost_unasked_ = false;
