@@ -11,6 +11,7 @@
 
 #include "analyzers/words/step_text.h"
 #include "decoder/base/text.h"
+#include "decoder/base/time.h"
 #include "decoder/device/device_description.h"
 #include "decoder/esc/al.h"
 #include "decoder/esc/register_addresses.h"
@@ -332,7 +333,7 @@ class Demands {
       if (request.outcome != StartupOutcome::kUnanswered) continue;
       const FrameRef& end = i + 1 < requests_.size() ? requests_[i + 1]->frame : request.last;
       if (!end.has_time || !request.frame.has_time) continue;
-      const TimeNs waited = end.time - request.frame.time;
+      const TimeNs waited = Elapsed(request.frame.time, end.time);
       demand.status = waited >= *allowed ? Status::kMet : Status::kDiffers;
       demand.seen = waited >= *allowed ? std::string() : "given up after " + Duration(waited);
     }

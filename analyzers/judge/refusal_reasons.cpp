@@ -409,7 +409,7 @@ void CheckInputCount(const Case& of, Outcome& found) {
 
 /// The master wrote a mapping with another length than the type of the object has.
 void CheckMapped(const Case& of, Outcome& found, device::PdoDirection direction) {
-  constexpr std::uint16_t kNoObject = 0xFF;  // the length byte of an entry without a length
+  constexpr std::uint16_t kNoLength = 0xFF;  // the length byte of an entry without a length
   const model::ProcessLayout& layout = of.model.process.Layout(direction);
   if (!layout.known() || layout.source == model::LayoutSource::kDefault || !of.Counts(layout.since)) return;
   for (const model::Signal& signal : layout.signals) {
@@ -417,7 +417,7 @@ void CheckMapped(const Case& of, Outcome& found, device::PdoDirection direction)
     const model::ObjectValue* written = of.model.objects.Find(signal.pdo, 0);
     if (signal.gap() || written == nullptr || !written->written) continue;
     const std::uint16_t bits = device::BitsOf(device::DataTypeFromCode(static_cast<std::uint16_t>(signal.type)));
-    const bool none = bits == 0 && signal.bits == kNoObject;
+    const bool none = bits == 0 && signal.bits == kNoLength;
     // A BOOLEAN may fill a byte.
     const bool differs = bits != 0 && bits != signal.bits && !(bits == 1 && signal.bits == 8);
     if (!none && !differs) continue;
