@@ -57,10 +57,14 @@ if [[ ! -f $libraries/lib/libpcap.a ]]; then
 fi
 
 say "building the program"
-PKG_CONFIG_PATH=$libraries/lib/pkgconfig cmake --preset release -B "$output/program" -DECAUDIT_TESTS=OFF \
-  "-DCMAKE_PREFIX_PATH=$libraries" "-DCMAKE_EXE_LINKER_FLAGS=-static-pie" -DCMAKE_FIND_LIBRARY_SUFFIXES=.a \
-  -DCMAKE_INSTALL_PREFIX=/usr >/dev/null
-cmake --build "$output/program" -j "$jobs" --target ecaudit ecaudit_pages >/dev/null
+# These stand last on the line of the linker: there they count, after the -pie of the hardened build. A static program at
+# addresses of its own choice (-static-pie) ends in the start code of Debian's C library.
+{
+  PKG_CONFIG_PATH=$libraries/lib/pkgconfig cmake --preset release -B "$output/program" -DECAUDIT_TESTS=OFF \
+    "-DCMAKE_PREFIX_PATH=$libraries" "-DCMAKE_CXX_STANDARD_LIBRARIES=-static -no-pie" -DZLIB_USE_STATIC_LIBS=ON \
+    "-Dpkgcfg_lib_ZSTD_zstd=$(g++ -print-file-name=libzstd.a)" -DCMAKE_INSTALL_PREFIX=/usr &&
+    cmake --build "$output/program" -j "$jobs" --target ecaudit ecaudit_pages
+} >"$output/program.log" 2>&1 || { tail -n 20 "$output/program.log" >&2; exit 1; }
 
 program=$output/program/cli/ecaudit
 if readelf -d "$program" | grep NEEDED; then
