@@ -194,9 +194,11 @@ void CaptureOptions::DeclareSettings(OptionSet& options) {
                  "more drive families: a JSON file or a folder of them, see docs/families.md (repeatable)");
   options.Values("--parameter", "[SLAVE:]NAME=VALUE", parameters,
                  "a drive setting that no SDO shows; NAME as in ecaudit profiles FAMILY (repeatable)");
-  std::vector<std::string> settings;
-  for (const std::string_view name : ParameterNames(FamiliesOf({}))) settings.push_back(std::string(name) + "=");
-  options.Words(std::move(settings));
+  options.Words([] {
+    std::vector<std::string> settings;
+    for (const std::string_view name : ParameterNames(FamiliesOf({}))) settings.push_back(std::string(name) + "=");
+    return settings;
+  });
   options.Values("--esi", "PATH", esi,
                  "EtherCAT slave information (XML, or a folder of it): objects and PDOs (repeatable)");
   options.Value("--eni", "FILE", eni, "EtherCAT network information (XML): slaves, names and process image");

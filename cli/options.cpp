@@ -122,6 +122,10 @@ void OptionSet::Arguments(const std::string& name, std::vector<std::string>& tar
 }
 
 void OptionSet::Words(std::vector<std::string> words) {
+  Words([words = std::move(words)] { return words; });
+}
+
+void OptionSet::Words(std::function<std::vector<std::string>()> words) {
   if (!impl_->rows.empty()) impl_->rows.back().words = std::move(words);
 }
 

@@ -1,6 +1,7 @@
 /// Command lines. CLI11 is known to options.cpp only; commands declare what they take through OptionSet.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,6 +36,8 @@ class OptionSet {
   void Arguments(const std::string& name, std::vector<std::string>& target, const std::string& help);
   /// The words that can follow the option, or stand for the argument, that was declared last: for completion.
   void Words(std::vector<std::string> words);
+  /// Likewise words that take time to find: they are asked for where they are needed.
+  void Words(std::function<std::vector<std::string>()> words);
   /// Text below the options in the help.
   void Footer(const std::string& text);
 
@@ -47,7 +50,7 @@ class OptionSet {
     bool argument = false;
     bool required = false;
     bool repeatable = false;
-    std::vector<std::string> words = {};  ///< all that it takes; empty: a file, or anything
+    std::function<std::vector<std::string>()> words = {};  ///< all that it takes; unset: a file, or anything
   };
   /// In the order in which they were declared.
   [[nodiscard]] const std::vector<Row>& rows() const;

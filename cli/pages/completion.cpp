@@ -12,6 +12,10 @@ std::string Joined(const std::vector<std::string>& words) {
   return text;
 }
 
+std::string WordsOf(const OptionSet::Row& row) {
+  return row.words ? Joined(row.words()) : std::string();
+}
+
 /// Between single quotes of a shell.
 std::string ShellQuoted(std::string_view text) {
   std::string quoted = "'";
@@ -37,7 +41,7 @@ std::string Bash(const std::vector<CommandRow>& table) {
     std::string values;
     std::string words;
     for (const OptionSet::Row& row : command.options) {
-      const std::string list = Joined(row.words);
+      const std::string list = WordsOf(row);
       if (row.argument) {
         words = list.empty() ? words : list;
         continue;
@@ -97,7 +101,7 @@ std::string Zsh(const std::vector<CommandRow>& table) {
     commands += "    " + ShellQuoted(command.name + ":" + ZshText(command.summary)) + "\n";
     cases += "    " + command.name + ")\n      _arguments -S \\\n        '(- *)'{-h,--help}'[This page]'";
     for (const OptionSet::Row& row : command.options) {
-      const std::string list = Joined(row.words);
+      const std::string list = WordsOf(row);
       const std::string action = list.empty() ? "_files" : "(" + list + ")";
       if (row.argument) {
         cases +=
@@ -146,7 +150,7 @@ std::string Fish(const std::vector<CommandRow>& table) {
     out += "complete -c ecaudit -n __fish_use_subcommand -f -a " + command.name + " -d " +
            ShellQuoted(command.summary) + "\n";
     for (const OptionSet::Row& row : command.options) {
-      const std::string list = Joined(row.words);
+      const std::string list = WordsOf(row);
       std::string line = "complete -c ecaudit -n " + ShellQuoted("__fish_seen_subcommand_from " + command.name);
       if (row.argument) {
         if (!list.empty()) out += line + " -f -a " + ShellQuoted(list) + "\n";
