@@ -46,7 +46,7 @@ class Checkpoints {
     lines_.emplace_back(frame.number, std::move(line));
     if (lines_.size() < kMost) return;
     distance_ *= 2;
-    std::erase_if(lines_, [this](const auto& line) { return line.first % distance_ != 1; });
+    std::erase_if(lines_, [this](const auto& kept) { return kept.first % distance_ != 1; });
   }
   [[nodiscard]] FrameNo packets() const { return last_; }
   void WriteTo(SideFile& side) const {
