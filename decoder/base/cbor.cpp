@@ -15,7 +15,8 @@ std::string CborOf(std::string_view text, std::span<const std::string_view> only
   if (!only.empty() && document.is_object()) {
     nlohmann::ordered_json kept = nlohmann::ordered_json::object();
     for (const std::string_view key : only) {
-      if (const auto member = document.find(key); member != document.end()) kept[std::string(key)] = *member;
+      const std::string name(key);  // nlohmann-json 3.10 finds no view
+      if (const auto member = document.find(name); member != document.end()) kept[name] = *member;
     }
     document = std::move(kept);
   }
