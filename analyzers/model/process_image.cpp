@@ -251,7 +251,6 @@ std::uint64_t ExtractAnyBits(ByteSpan data, std::uint64_t bit, unsigned count) {
   if (count == 0 || count > 64 || bit + count > std::uint64_t{data.size()} * 8) return 0;
   const std::size_t first = static_cast<std::size_t>(bit / 8);
   const unsigned shift = static_cast<unsigned>(bit % 8);
-  if (count == 32 && shift == 0) return LoadLittleEndian<std::uint32_t>(data.data() + first);  // positions
   const std::size_t bytes = (shift + count + 7) / 8;
   std::uint64_t value = UnsignedOf(data.subspan(first, bytes)) >> shift;
   if (bytes > 8) value |= std::uint64_t{data[first + 8]} << (64 - shift);

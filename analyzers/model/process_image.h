@@ -192,8 +192,13 @@ class ProcessImage {
 
 /// Bits [bit, bit + count) of `data`, bit 0 of a byte first; 0 where they do not lie inside. At most 64.
 [[nodiscard]] inline std::uint64_t ExtractBits(ByteSpan data, std::uint64_t bit, unsigned count) {
-  // Control and status words, of every slave in every cycle.
-  if (count == 16 && bit % 8 == 0) return LittleEndian<std::uint16_t>(data, static_cast<std::size_t>(bit / 8));
+  // Control and status words, positions and modes, of every slave in every cycle.
+  if (bit % 8 == 0) {
+    const std::size_t byte = static_cast<std::size_t>(bit / 8);
+    if (count == 16) return LittleEndian<std::uint16_t>(data, byte);
+    if (count == 32) return LittleEndian<std::uint32_t>(data, byte);
+    if (count == 8) return LittleEndian<std::uint8_t>(data, byte);
+  }
   return ExtractAnyBits(data, bit, count);
 }
 

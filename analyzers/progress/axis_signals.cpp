@@ -4,7 +4,6 @@
 #include <tuple>
 
 #include "analyzers/model/terminal_objects.h"
-#include "decoder/base/bytes.h"
 
 namespace ecaudit::progress {
 namespace {
@@ -81,7 +80,7 @@ AxisPlaces::AxisPlaces(const model::ImagePart& part) : serial_(part.serial) {
     const bool taken = std::any_of(places_.begin(), places_.end(), [&](const Place& other) {
       return other.axis == role->first && other.role == role->second;
     });
-    if (!taken) places_.push_back({role->first, role->second, place.bits, place.bit});
+    if (!taken) places_.push_back({role->first, role->second, IsSigned(role->second), place.bits, place.bit});
   }
   std::stable_sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) { return a.axis < b.axis; });
 }
@@ -95,12 +94,6 @@ bool AxisPlaces::Repeats(ByteSpan data, std::vector<std::uint64_t>& bits) const 
     bits[i] = now;
   }
   return same;
-}
-
-std::optional<std::int64_t> AxisPlaces::ValueOf(ByteSpan data, const Place& place) {
-  if (std::uint64_t{place.bit} + place.bits > std::uint64_t{data.size()} * 8) return std::nullopt;
-  const std::uint64_t raw = model::ExtractBits(data, place.bit, place.bits);
-  return IsSigned(place.role) ? SignExtend(raw, place.bits) : static_cast<std::int64_t>(raw);
 }
 
 }  // namespace ecaudit::progress

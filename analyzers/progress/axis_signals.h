@@ -6,10 +6,12 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "analyzers/model/process_image.h"
+#include "decoder/base/bytes.h"
 
 namespace ecaudit::progress {
 
@@ -53,18 +55,28 @@ inline constexpr std::array kLimitRoles{
 [[nodiscard]] std::uint8_t SubindexOf(std::uint16_t index);
 
 /// Values of one axis in one direction of one frame; unset: not mapped there.
-struct AxisValues {
-  std::array<std::optional<std::int64_t>, kRoles> values;
-
-  [[nodiscard]] const std::optional<std::int64_t>& operator[](Role role) const {
-    return values[static_cast<std::size_t>(role)];
+class AxisValues {
+ public:
+  [[nodiscard]] std::optional<std::int64_t> operator[](Role role) const {
+    return has(role) ? std::optional(values_[static_cast<std::size_t>(role)]) : std::nullopt;
   }
-  [[nodiscard]] std::optional<std::int64_t>& operator[](Role role) { return values[static_cast<std::size_t>(role)]; }
+  [[nodiscard]] bool has(Role role) const { return (mapped_ & Bit(role)) != 0; }
+  void Set(Role role, std::int64_t value) {
+    values_[static_cast<std::size_t>(role)] = value;
+    mapped_ |= Bit(role);
+  }
   void Merge(const AxisValues& other) {
     for (std::size_t i = 0; i < kRoles; ++i) {
-      if (other.values[i]) values[i] = other.values[i];
+      if (const auto role = static_cast<Role>(i); other.has(role)) Set(role, other.values_[i]);
     }
   }
+
+ private:
+  static_assert(kRoles <= 32);
+  [[nodiscard]] static constexpr std::uint32_t Bit(Role role) { return 1U << static_cast<unsigned>(role); }
+
+  std::uint32_t mapped_ = 0;
+  std::array<std::int64_t, kRoles> values_{};  ///< of those that are mapped
 };
 
 /// Which axis (0 to 7) an object belongs to, and what it is called in the first one; nothing for objects of the device.
@@ -91,13 +103,17 @@ class AxisPlaces {
       if (i == 0 || places_[i].axis != places_[i - 1].axis) visit(places_[i].axis);
     }
   }
-  /// Calls `visit(axis, values)` for each axis with a place here; `data` as in model::ProcessCycle.
+  /// Calls `visit(axis, values)` for each axis with a place here; `bits` as Repeats() took them from data of `bytes`.
   template <class Visit>
-  void Read(ByteSpan data, Visit visit) const {
+  void Read(std::span<const std::uint64_t> bits, std::size_t bytes, Visit visit) const {
     for (std::size_t i = 0; i < places_.size();) {
       const std::uint8_t axis = places_[i].axis;
       AxisValues values;
-      for (; i < places_.size() && places_[i].axis == axis; ++i) values[places_[i].role] = ValueOf(data, places_[i]);
+      for (; i < places_.size() && places_[i].axis == axis; ++i) {
+        const Place& place = places_[i];
+        if (std::uint64_t{place.bit} + place.bits > std::uint64_t{bytes} * 8) continue;
+        values.Set(place.role, place.has_sign ? SignExtend(bits[i], place.bits) : static_cast<std::int64_t>(bits[i]));
+      }
       visit(axis, values);
     }
   }
@@ -106,11 +122,10 @@ class AxisPlaces {
   struct Place {
     std::uint8_t axis = 0;
     Role role = Role::kControl;
+    bool has_sign = false;
     std::uint16_t bits = 0;
     std::uint32_t bit = 0;
   };
-  [[nodiscard]] static std::optional<std::int64_t> ValueOf(ByteSpan data, const Place& place);
-
   std::uint64_t serial_ = 0;
   bool terminal_ = false;
   std::vector<Place> places_;  ///< by axis

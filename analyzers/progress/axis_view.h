@@ -137,7 +137,8 @@ struct AxisView {
   }
   /// The values of now that matter most.
   [[nodiscard]] AxisMoment Moment() const {
-    AxisMoment moment{frame, control, status, mode(), mode() ? QuantityOf(*mode()) : Quantity::kNone, {}, {}};
+    const std::optional<std::int8_t> works = mode();
+    AxisMoment moment{frame, control, status, works, works ? QuantityOf(*works) : Quantity::kNone, {}, {}};
     if (moment.quantity == Quantity::kNone) moment.quantity = Quantity::kPosition;
     moment.target = Target(moment.quantity);
     moment.actual = Actual(moment.quantity);

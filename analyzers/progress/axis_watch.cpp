@@ -18,6 +18,8 @@ constexpr TimeNs kStaysNs = 50'000'000;
 constexpr TimeNs kLeadNs = 50'000'000;
 constexpr TimeNs kLeadSteps = 5;
 constexpr std::size_t kFaults = 16;
+/// Of the status word: the state, voltage, warning and remote.
+constexpr std::uint16_t kWayBits = 0x02FF;
 static_assert(kTargets.size() == kQuantityCount && kActuals.size() == kQuantityCount);
 
 }  // namespace
@@ -64,7 +66,7 @@ void AxisWatch::NoteReservedOfMode(std::uint16_t word, const FrameRef& frame) {
 void AxisWatch::Side(const SlaveSide& slave) {
   if (now_.in_op != slave.in_op || now_.op_requested != slave.op_requested || now_.began != slave.began ||
       now_.leaving != slave.leaving) {
-    words_changed_ = true;
+    words_changed_ = way_changed_ = true;
   }
   now_.in_op = slave.in_op;
   now_.op_requested = slave.op_requested;
@@ -131,9 +133,10 @@ void AxisWatch::TakeOutputs(const AxisValues& values, const FrameRef& frame, con
   TakeModes(values, frame);
   if (now_.control && now_.control != before) NoteReservedOfMode(*now_.control, frame);
   for (std::size_t i = 0; i < kTargets.size(); ++i) {
-    if (!values[kTargets[i]]) continue;
-    outputs_changed_ = outputs_changed_ || now_.target[i] != values[kTargets[i]];
-    now_.target[i] = values[kTargets[i]];
+    const std::optional<std::int64_t> target = values[kTargets[i]];
+    if (!target) continue;
+    outputs_changed_ = outputs_changed_ || now_.target[i] != target;
+    now_.target[i] = target;
     now_.target_mapped[i] = true;
   }
   TakeLimits(values);
@@ -207,7 +210,7 @@ void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameR
     case Role::kMode:
       if (!download) return;
       now_.mode_by_sdo = static_cast<std::int8_t>(value);
-      words_changed_ = true;
+      words_changed_ = way_changed_ = true;
       return;
     case Role::kModeShown:
       FollowShown(value, download, frame);
@@ -266,15 +269,21 @@ void AxisWatch::TakeControl(std::int64_t word, const FrameRef& frame) {
     now_.control_before = *now_.control;
     now_.control_since = frame;
   }
-  words_changed_ = words_changed_ || now_.control != value;
+  if (now_.control != value) words_changed_ = way_changed_ = true;
   now_.control = value;
 }
 
 void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   status_seen_ = true;
   status_frame_ = frame.number;
-  words_changed_ = words_changed_ || now_.status != static_cast<std::uint16_t>(word);
-  now_.status = static_cast<std::uint16_t>(word);
+  const auto value = static_cast<std::uint16_t>(word);
+  if (now_.status != value) {
+    words_changed_ = true;
+    // The others tell nothing of the way to Operation enabled, and drives are known that toggle some in each cycle.
+    const std::uint16_t changed = now_.status ? *now_.status ^ value : kWayBits;
+    if ((changed & kWayBits) != 0 || !now_.enabled()) way_changed_ = true;
+  }
+  now_.status = value;
   seen_in_op_ = seen_in_op_ || now_.in_op == InOp::kYes;
   if (drive_ == nullptr) return;
   now_.state = drive_->StateOf(*now_.status);
@@ -319,8 +328,10 @@ bool AxisWatch::AsksToStop() const {
 
 void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
   const std::optional<std::int8_t> before = now_.mode();
-  words_changed_ = words_changed_ || (values[Role::kMode] && now_.mode_mapped != values[Role::kMode]) ||
-                   (values[Role::kModeShown] && now_.mode_shown != values[Role::kModeShown]);
+  if ((values.has(Role::kMode) && now_.mode_mapped != values[Role::kMode]) ||
+      (values.has(Role::kModeShown) && now_.mode_shown != values[Role::kModeShown])) {
+    words_changed_ = way_changed_ = true;
+  }
   if (values[Role::kMode]) now_.mode_mapped = static_cast<std::int8_t>(*values[Role::kMode]);
   if (values[Role::kModeShown]) {
     const auto shown = static_cast<std::int8_t>(*values[Role::kModeShown]);
@@ -356,17 +367,17 @@ void AxisWatch::Step(const FrameRef& frame) {
   FindZeroLimit();
   if (drive_ != nullptr && seen()) {
     Checks& checks = GetChecks();
-    if (words_changed_ || checks.enable.active()) checks.enable.Step(now_, records_);
-    if (words_changed_ || checks.command.active() || !checks.command.settled()) {
+    if (way_changed_ || checks.enable.active()) checks.enable.Step(now_, records_);
+    if (way_changed_ || checks.command.active() || !checks.command.settled()) {
       checks.command.Step(now_, records_);
     } else {
-      checks.command.GoesOn(frame);
+      checks.command.GoesOn(now_);
     }
     checks.setpoint.Step(now_, records_);
     checks.follow.Step(now_, records_);
   }
   now_.control_changed = now_.control_first = now_.state_changed = false;
-  words_changed_ = outputs_changed_ = false;
+  words_changed_ = way_changed_ = outputs_changed_ = false;
   Remember();
 }
 
@@ -397,7 +408,7 @@ void AxisWatch::Forget() {
   now_ = fresh;
   recent_.clear();
   last_state_.reset();
-  words_changed_ = true;
+  words_changed_ = way_changed_ = true;
   if (checks_ == nullptr) return;
   checks_->enable.Forget();
   checks_->command.Forget();

@@ -170,6 +170,7 @@ class AxisWatch {
   bool control_seen_ = false, status_seen_ = false, status_mapped_ = false;
   bool outputs_changed_ = false;  ///< since the last step
   bool words_changed_ = true;     ///< control, status, mode, AL state: not only positions
+  bool way_changed_ = true;       ///< likewise, and of an enabled drive not only bits of its status word
   FrameRef shown_since_;          ///< 6061h of the process data
   Newest newest_outputs_, newest_inputs_;
   std::unique_ptr<Collected> collected_;  ///< of an axis in several parts that one frame brings

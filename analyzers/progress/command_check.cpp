@@ -58,7 +58,8 @@ void CommandCheck::Forget() {
 }
 
 bool CommandCheck::settled() const {
-  if (!enabled_ || !mode_ || !commanded_.seen() || NeedsStart(*mode_)) return false;
+  // The velocity mode waits for an actual value that is 0.
+  if (!enabled_ || !mode_ || !commanded_.seen() || NeedsStart(*mode_) || *mode_ == kVelocityMode) return false;
   const Quantity quantity = QuantityOf(*mode_);
   return quantity != Quantity::kNone && Of(quantity).changes >= kMoves;
 }
@@ -94,12 +95,24 @@ void CommandCheck::FollowSetpoints(const AxisView& now) {
     setpoint.changed = now.frame;
     if (!setpoint.first_changed.seen()) setpoint.first_changed = now.frame;
   }
-  const auto& position = now.Actual(Quantity::kPosition);
   if (!target_from_) target_from_ = now.Target(Quantity::kPosition);
-  if (!actual_from_) actual_from_ = position;
+  if (!actual_from_) actual_from_ = now.Actual(Quantity::kPosition);
+  FollowPosition(now);
+}
+
+void CommandCheck::FollowPosition(const AxisView& now) {
+  const auto& position = now.Actual(Quantity::kPosition);
   if (!position || position == positions_[0]) return;
-  std::rotate(positions_.begin(), positions_.end() - 1, positions_.end());
+  std::copy_backward(positions_.begin(), positions_.end() - 1, positions_.end());
   positions_[0] = position;
+}
+
+void CommandCheck::GoesOn(const AxisView& now) {
+  for (std::size_t i = 0; i < setpoints_.size(); ++i) {
+    if (now.target[i]) setpoints_[i].last = now.target[i];
+  }
+  FollowPosition(now);
+  if (goes_) last_commanded_ = now.frame;
 }
 
 /// A master that copies the actual value into the target keeps the axis from a jump at the next start.
@@ -122,7 +135,7 @@ void CommandCheck::Step(const AxisView& now, AxisRecords& out) {
     BeginEnabled();
   }
   FollowSetpoints(now);
-  Mode(now, out);
+  if (mode_ || active()) Mode(now, out);
   if (!enabled_ || !mode_) return;
   if (!now.Control(kHaltBit)) never_without_halt_ = false;
   const Quantity quantity = QuantityOf(*mode_);
@@ -131,7 +144,8 @@ void CommandCheck::Step(const AxisView& now, AxisRecords& out) {
   if (moves || starts_ > 0) wanted_ = true;
   const bool started =
       NeedsStart(*mode_) ? starts_ > 0 || (*mode_ == kInterpolated && moves && now.Control(now.StartBit())) : moves;
-  if (started && !(HasHalt(*mode_) && now.Control(kHaltBit))) {
+  goes_ = started && !(HasHalt(*mode_) && now.Control(kHaltBit));
+  if (goes_) {
     if (!commanded_.seen()) commanded_ = now.frame;
     last_commanded_ = now.frame;
   }

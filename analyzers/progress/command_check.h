@@ -31,8 +31,8 @@ class CommandCheck {
   [[nodiscard]] const FrameRef& commanded() const { return commanded_; }
   /// The last moment at which it was.
   [[nodiscard]] const FrameRef& last_commanded() const { return last_commanded_; }
-  /// Where settled(): nothing changed but set points.
-  void GoesOn(const FrameRef& frame) { last_commanded_ = frame; }
+  /// Where settled(): nothing changed but values.
+  void GoesOn(const AxisView& now);
   /// A motion was wanted, whether or not anything started it.
   [[nodiscard]] bool wanted() const { return wanted_; }
   /// Set points do not reach the drive as objects of CiA 402.
@@ -47,6 +47,7 @@ class CommandCheck {
   };
 
   void FollowSetpoints(const AxisView& now);
+  void FollowPosition(const AxisView& now);
   [[nodiscard]] bool IsCopy(const AxisView& now, std::int64_t target) const;
   void BeginEnabled();
   void Start(const AxisView& now, std::int8_t mode, AxisRecords& out);
@@ -75,6 +76,7 @@ class CommandCheck {
   bool waits_acknowledge_ = false;
   Lasting start_missing_, start_stands_, unacknowledged_, halt_, ramp_bits_, overwritten_, no_mode_, not_mapped_;
   FrameRef commanded_, last_commanded_;
+  bool goes_ = false;  ///< the axis is commanded now
   bool wanted_ = false;
   bool without_setpoint_ = false;
 };

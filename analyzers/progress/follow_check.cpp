@@ -56,7 +56,8 @@ void FollowCheck::Follows(const FrameRef& frame) {
 
 void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
   const bool enabled = now.enabled() && now.in_op != InOp::kNo;
-  if (enabled != enabled_ || now.mode() != mode_) {
+  const std::optional<std::int8_t> mode = now.mode();
+  if (enabled != enabled_ || mode != mode_) {
     restart_ = true;
     still_.Reset();
     wrong_way_.Reset();
@@ -65,7 +66,7 @@ void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
     started_ = stood_ = false;
   }
   enabled_ = enabled;
-  mode_ = now.mode();
+  mode_ = mode;
   if (!enabled_ || !mode_) {
     error_.Reset();
     return;

@@ -91,7 +91,7 @@ void ProgressModel::Take(const model::ImagePart& image, Part& part, ByteSpan dat
     });
   }
   auto next = part.watches.begin();
-  part.places.Read(data, [&](std::uint8_t, const AxisValues& values) {
+  part.places.Read(part.bits, data.size(), [&](std::uint8_t, const AxisValues& values) {
     AxisWatch* const watch = *next++;
     if (watch == nullptr) return;
     if (image.direction == device::PdoDirection::kRx) {

@@ -22,11 +22,12 @@ constexpr TimeNs kOutsideNs = 100'000'000;
 
 void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
   const bool enabled = now.enabled() && now.in_op != InOp::kNo;
-  const bool begins = enabled && (!enabled_ || now.mode() != mode_) && now.state_before.has_value();
-  const bool cyclic = now.mode() == kCyclicPosition;
+  const std::optional<std::int8_t> mode = now.mode();
+  const bool begins = enabled && (!enabled_ || mode != mode_) && now.state_before.has_value();
+  const bool cyclic = mode == kCyclicPosition;
   const bool new_mode = begins && enabled_;
   enabled_ = enabled;
-  mode_ = now.mode();
+  mode_ = mode;
   const auto& target = now.Target(Quantity::kPosition);
   const auto& actual = now.Actual(Quantity::kPosition);
   if (begins) {
@@ -51,7 +52,7 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
     Echo(now, out);
     Limits(now, out);
   }
-  std::rotate(actuals_.begin(), actuals_.end() - 1, actuals_.end());
+  std::copy_backward(actuals_.begin(), actuals_.end() - 1, actuals_.end());
   actuals_[0] = actual;
 }
 
@@ -93,8 +94,9 @@ void SetpointCheck::AtEnable(const AxisView& now, AxisRecords& out) {
 
 void SetpointCheck::InOperation(const AxisView& now, AxisRecords& out) {
   const auto& target = now.Target(Quantity::kPosition);
-  const bool follows = enabled_ && now.mode() == kCyclicPosition && target;
-  const bool fault = IsFault(now.state) || (enabled_ && now.mode() == kCyclicPosition && now.Status(kErrorBit));
+  const bool cyclic = enabled_ && mode_ == kCyclicPosition;
+  const bool follows = cyclic && target;
+  const bool fault = IsFault(now.state) || (cyclic && now.Status(kErrorBit));
   // Of a jump right before the fault nothing shows whether it was one, or the begin of a fast motion.
   if (outlier_ && fault && (outlier_->c > 0 || cycles_after_ >= kCyclesAfter)) {
     AxisRecord record = *outlier_;
