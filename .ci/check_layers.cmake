@@ -1,6 +1,6 @@
 # Who may include whom (docs/architecture.md). Run: cmake [-D ROOT=TREE] -P .ci/check_layers.cmake
 # Includes are written from the repository root, so a violation is visible in the line itself.
-cmake_minimum_required(VERSION 3.25)
+cmake_minimum_required(VERSION 3.22)
 cmake_path(GET CMAKE_CURRENT_LIST_DIR PARENT_PATH root)
 if(DEFINED ROOT)
   set(root "${ROOT}")

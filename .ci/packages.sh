@@ -44,5 +44,8 @@ ensure_packages() {
   fi
   export DEBIAN_FRONTEND=noninteractive
   as_root apt-get update -qq
-  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}"
+  if ! as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}"; then
+    say "the packages could not be installed; Debian 12, Ubuntu 22.04 and newer ones have them" >&2
+    return 1
+  fi
 }

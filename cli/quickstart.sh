@@ -7,10 +7,10 @@ source .ci/packages.sh
 
 ensure_packages "${BUILD_PACKAGES[@]}"
 
-needed=3.25
+needed=$(sed -n '1s/[^0-9]*\([0-9.]*\).*/\1/p' CMakeLists.txt)
 found=$(cmake --version | sed -n '1s/[^0-9]*\([0-9][0-9.]*\).*/\1/p')
 if ! printf '%s\n' "$needed" "$found" | sort -CV; then
-  say "CMake $needed or newer is needed, and this is $found. Ubuntu 22.04 has no newer package. Two ways:" >&2
+  say "CMake $needed or newer is needed, and this is $found. Two ways, where the system has no newer package:" >&2
   say "  python3 -m pip install --user cmake     (and ~/.local/bin first in PATH)" >&2
   say "  the packages of https://apt.kitware.com" >&2
   exit 1

@@ -1,5 +1,5 @@
 # Writes man pages and completions with the program itself. cmake -D PROGRAM=... -D FOLDER=... -P write_pages.cmake
-cmake_minimum_required(VERSION 3.25)
+cmake_minimum_required(VERSION 3.22)
 find_program(GZIP_PROGRAM gzip REQUIRED)
 set(man ${FOLDER}/man1)
 file(REMOVE_RECURSE ${FOLDER})
