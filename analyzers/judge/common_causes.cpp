@@ -394,6 +394,21 @@ struct Law {
   bool by_warning = false;                                              ///< a warning may cause an error
 };
 
+/// By SDO the drive shows something else than in the process data: `object` is 6041h of the first axis, or another one
+/// at the same place of its axis. What the effect is about was read at a wrong place, or is old.
+bool ShowsOther(const Finding& effect, const Finding& cause, std::int64_t object) {
+  constexpr std::int64_t kFirst = 0x6000, kStep = 0x800;
+  if (cause.kind == nullptr || cause.kind->name != "object-differs") return false;
+  const std::int64_t place = IndexOf(cause) - kFirst;
+  return place >= 0 && place % kStep == object - kFirst && place / kStep == effect.axis;
+}
+bool ShowsOtherStatus(const Finding& effect, const Finding& cause) {
+  return ShowsOther(effect, cause, 0x6041);
+}
+bool ShowsOtherActualValue(const Finding& effect, const Finding& cause) {
+  return ShowsOther(effect, cause, 0x6064) || ShowsOther(effect, cause, 0x606C) || ShowsOther(effect, cause, 0x6077);
+}
+
 /// The outputs that the watchdog misses are the ones that never counted.
 bool CountsNoOutputs(const Finding&, const Finding& cause) {
   return CodeOf(cause, "direction") != "inputs";
@@ -464,6 +479,11 @@ constexpr std::array kLaws{
     Law{"sync-watchdog-margin", "wkc-never-right", -1, nullptr, Bus::kNo, CountsNoOutputs},
     Law{"wkc-never-right", "fmmu-mismatch", -1},
     Law{"wkc-never-right", "sm-process-config", -1},
+    Law{"drive-not-enabled", "pdo-object-type", -1, nullptr, Bus::kNo, ShowsOtherStatus, true},
+    Law{"drive-no-reaction", "pdo-object-type", -1, nullptr, Bus::kNo, ShowsOtherStatus, true},
+    Law{"drive-fault", "pdo-object-type", kWhileItLasts, nullptr, Bus::kNo, ShowsOtherStatus, true},
+    Law{"drive-illegal-status", "pdo-object-type", -1, nullptr, Bus::kNo, ShowsOtherStatus, true},
+    Law{"drive-not-following", "pdo-object-type", -1, nullptr, Bus::kNo, ShowsOtherActualValue, true},
     Law{"drive-no-reaction", "drive-not-enabled", -1, nullptr, Bus::kNo, Overlaps},
     Law{"drive-fault", "drive-not-enabled", kWhileItLasts, IsFaultThatStays, Bus::kNo, IsResetWithoutEdge, true},
     Law{"drive-not-enabled", "drive-fault", -1, NeedsFault, Bus::kNo, Overlaps},

@@ -112,6 +112,8 @@ constexpr Word kWhyMailboxAsEeprom{"mailbox-as-eeprom", "firmware and EEPROM dif
 constexpr Word kWhyTypesSwapped{"types-swapped", "1C00h of the slave swaps SM2 and SM3"};
 constexpr Word kWhyNoRxPdo{"no-rx-pdo", "1C12h is empty, but SM2 is not"};
 constexpr Word kWhyNoTxPdo{"no-tx-pdo", "1C13h is empty, but SM3 is not"};
+constexpr Word kWhyRxUnassigned{"rx-unassigned", "1C12h assigns no PDO"};
+constexpr Word kWhyTxUnassigned{"tx-unassigned", "1C13h assigns no PDO"};
 constexpr Word kWhySyncTypeDiffers{"sync-type-differs", "1C32h:1 does not fit 0x0981"};
 constexpr Word kWhyRateDiffers{"rate-differs", "cycle differs from SYNC0"};
 constexpr Word kWhyEepromHeld{"eeprom-held", "the master holds the EEPROM"};
@@ -380,13 +382,24 @@ void CheckTypes(const Case& of, Outcome& found) {
   found.Wrong(refusal::kTypesSwapped, kWhyTypesSwapped, {{"control", arg::Hex(outputs->control, 2)}});
 }
 
-/// Sync manager `n` has a length although the slave assigns no PDO to it.
+/// The slave assigns no PDO to sync manager `n`. The code is about these process data: it wants some where the sync
+/// manager has no length, and refuses them where it has.
 void CheckAssigned(const Case& of, Outcome& found, std::size_t n) {
   const std::uint16_t assignment = n == kOutputs ? process::kRxAssignment : process::kTxAssignment;
   const model::ObjectValue* const count = of.model.objects.Find(assignment, 0);
   const auto manager = of.manager(n);
   if (of.refusal.requested == 0 || count == nullptr || count->raw != 0 || !of.Applied(count->since)) return;
-  if (!manager || !manager->enabled() || manager->length == 0) return;
+  if (!manager) return;
+  if (!manager->enabled() || manager->length == 0) {
+    if (!found.none()) return;
+    // That both lengths are 0 fits, and is what the slave refuses.
+    std::erase(found.right, &kLengths);
+    found.May(refusal::kNothingAssigned, n == kOutputs ? kWhyRxUnassigned : kWhyTxUnassigned,
+              {{"object", arg::Object(assignment, 0)},
+               {"count_frame", arg::Frame(count->since)},
+               {"sync_manager", arg::Number(static_cast<std::int64_t>(n))}});
+    return;
+  }
   found.May(refusal::kNoPdoAssigned, n == kOutputs ? kWhyNoRxPdo : kWhyNoTxPdo,
             {{"object", arg::Object(assignment, 0)},
              {"count_frame", arg::Frame(count->since)},
@@ -690,14 +703,21 @@ void CheckRate(const Case& of, Outcome& found) {
   if (!of.sync0().value_or(false) || !cycle || *cycle == 0 || image == nullptr || !image->has_nominal()) return;
   if (!of.Applied(of.sync_changed())) return;
   const auto expected = static_cast<TimeNs>(*cycle);
-  if (CycleDeviation(of.model, static_cast<double>(image->nominal_ns), expected) <= kCycleTolerance) {
+  const auto observed = static_cast<double>(image->nominal_ns);
+  const bool fits = CycleDeviation(of.model, observed, expected) <= kCycleTolerance;
+  // Many slaves work with several pulses for one frame. Several frames for one pulse are unusual: the slave uses one of
+  // them, and its code is about the cycle.
+  const bool several = observed < static_cast<double>(expected) * (1 - kCycleTolerance);
+  if (fits && !several) {
     found.Right(kRate);
-  } else if (of.Counts(of.sync_changed())) {
-    found.May(refusal::kRateDiffers, kWhyRateDiffers,
-              {{"rate_us", arg::Us(image->nominal_ns)},
-               {"cycle_us", arg::Us(expected)},
-               {"one_per_cycle", arg::Flag(NeedsOneFrameACycle(of.model))}});
+    return;
   }
+  if (!of.Counts(of.sync_changed()) || (fits && !found.none())) return;
+  Arguments arguments{{"rate_us", arg::Us(image->nominal_ns)},
+                      {"cycle_us", arg::Us(expected)},
+                      {"one_per_cycle", arg::Flag(NeedsOneFrameACycle(of.model))}};
+  if (!NeedsOneFrameACycle(of.model)) arguments.Set(fits ? "several" : "neither", arg::Flag());
+  found.May(refusal::kRateDiffers, kWhyRateDiffers, std::move(arguments));
 }
 
 // ----- EEPROM and modules

@@ -124,6 +124,10 @@ inline constexpr NoteKind kNoPdoAssigned{
     "no-pdo-assigned",
     "{object:number} assigns no PDO ({count_frame}), but SM{sync_manager} has {bytes}. The slave may have no modules, "
     "or no configuration for them yet."};
+inline constexpr NoteKind kNothingAssigned{
+    "nothing-assigned",
+    "{object:number} assigns no PDO ({count_frame}), and SM{sync_manager} has no length. This may be the reason: write "
+    "the PDOs of the slave to {object:number} in PREOP, and set SM{sync_manager} to their length."};
 inline constexpr NoteKind kSyncTypeDiffers{
     "sync-type-differs",
     "{object} is {type}, but SYNC0 is [{?active}active][{!active}not active] ([0x0981 is "
@@ -134,7 +138,8 @@ inline constexpr NoteKind kSyncTypeRejected{"sync-type-rejected",
 inline constexpr NoteKind kRateDiffers{
     "rate-differs",
     "Process data come every {rate_us}, but the SYNC0 cycle (0x09A0) is {cycle_us}.[{?one_per_cycle} The slave needs "
-    "one frame in each cycle.][{!one_per_cycle} Neither is a multiple of the other.] This may be the reason."};
+    "one frame in each cycle.][{?neither} Neither is a multiple of the other.][{?several} Several frames come in each "
+    "cycle of SYNC0.] This may be the reason."};
 inline constexpr NoteKind kEepromHeld{
     "eeprom-held",
     "The master holds the EEPROM[ since {since}]: bit 0 of 0x0500 is 0. The processor of the slave needs it at this "
@@ -149,39 +154,23 @@ inline constexpr NoteKind kModuleCountDiffers{
     "{detected_frame})."};
 inline constexpr NoteKind kChecked{"checked", "Checked and right: {checked}."};
 
-inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,
-                                             &kMailboxOff,
-                                             &kMailboxUnseen,
-                                             &kNoMailboxInEeprom,
-                                             &kBootstrapMailbox,
-                                             &kWriteIgnored,
-                                             &kLrwUnsupported,
-                                             &kOutputsNotSent,
-                                             &kOutputsNotAccepted,
-                                             &kInputsNotRead,
-                                             &kMappedLength,
-                                             &kWatchdogZero,
-                                             &kSyncLeftOn,
-                                             &kSyncOff,
-                                             &kSyncUnseen,
-                                             &kManagerUnseen,
-                                             &kSyncOffAtRequest,
-                                             &kSyncOn,
-                                             &kSyncCycleZero,
-                                             &kSyncCycleTooShort,
-                                             &kSyncTypeDiffers,
-                                             &kSyncTypeRejected,
-                                             &kRateDiffers,
-                                             &kEepromHeld,
-                                             &kModuleDiffers,
-                                             &kModuleCountDiffers,
-                                             &kCountExceeds,
-                                             &kSyncCycleRejected,
-                                             &kSyncSettings,
-                                             &kMailboxAsEeprom,
-                                             &kTypesSwapped,
-                                             &kNoPdoAssigned,
-                                             &kChecked};
+inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,    &kMailboxOff,
+                                             &kMailboxUnseen,      &kNoMailboxInEeprom,
+                                             &kBootstrapMailbox,   &kWriteIgnored,
+                                             &kLrwUnsupported,     &kOutputsNotSent,
+                                             &kOutputsNotAccepted, &kInputsNotRead,
+                                             &kMappedLength,       &kWatchdogZero,
+                                             &kSyncLeftOn,         &kSyncOff,
+                                             &kSyncUnseen,         &kManagerUnseen,
+                                             &kSyncOffAtRequest,   &kSyncOn,
+                                             &kSyncCycleZero,      &kSyncCycleTooShort,
+                                             &kSyncTypeDiffers,    &kSyncTypeRejected,
+                                             &kRateDiffers,        &kEepromHeld,
+                                             &kModuleDiffers,      &kModuleCountDiffers,
+                                             &kCountExceeds,       &kSyncCycleRejected,
+                                             &kSyncSettings,       &kMailboxAsEeprom,
+                                             &kTypesSwapped,       &kNoPdoAssigned,
+                                             &kNothingAssigned,    &kChecked};
 
 /// The notes of a rule together with these.
 template <std::size_t N>

@@ -29,6 +29,7 @@ enum class AxisFact : std::uint8_t {
   kHasty,               ///< a: times that bit 3 rose, b: the longest of them in ns
   kStaysDisabled,       ///< Shutdown was sent long enough, and the drive stays in Switch on disabled
   kBytesSwapped,        ///< the control word has the enable sequence in its high byte
+  kNoControlWord,       ///< a: values of the low byte of the control word that came while the drive is not enabled
   kDropsBack,           ///< a: times that the drive went back to Switch on disabled by itself; last of these
   // It is enabled, and nothing starts the motion.
   kStartMissing,       ///< a: mode; bit 4 stays 0

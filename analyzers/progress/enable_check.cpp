@@ -17,6 +17,7 @@ constexpr TimeNs kSlowNs = 1'000'000'000;
 // Drives need some milliseconds for each state; brakes and converters take longer.
 constexpr TimeNs kHastyNs = 50'000'000;
 constexpr std::uint32_t kAttempts = 10;
+constexpr std::size_t kNoCommands = 24;
 
 /// Bits 0 to 2 and 7 of the control word: Shutdown is 6 of them.
 constexpr std::uint16_t kShutdownMask = 0x0087;
@@ -73,6 +74,7 @@ void EnableCheck::Step(const AxisView& now, AxisRecords& out) {
   if ((wish_ == Wish::kShown && !now.enabled()) || (now.Rises(kResetBit) && IsFault(now.state))) wanted_ = true;
   FollowSdo(now, out);
   Attempts(now, out);
+  Values(now, out);
   Drops(now, out);
   InFault(now, out);
   Disabled(now, out);
@@ -92,7 +94,7 @@ void EnableCheck::Attempts(const AxisView& now, AxisRecords& out) {
     longest_ = std::max(longest_, Elapsed(attempt_.time, now.frame.time));
     attempt_ = {};
   }
-  if (!rises) return;
+  if (!rises || value_count_ >= kNoCommands) return;
   if (attempts_++ == 0) {
     first_attempt_ = now.frame;
     longest_ = 0;
@@ -106,6 +108,34 @@ void EnableCheck::Attempts(const AxisView& now, AxisRecords& out) {
   AxisRecord record = now.Record(AxisFact::kHasty, first_attempt_, lasted);
   record.a = attempts_;
   record.b = longest_;
+  out.Add(record);
+}
+
+/// The commands of CiA 402 need a dozen values: data of something else have many more.
+void EnableCheck::Values(const AxisView& now, AxisRecords& out) {
+  if (now.enabled() || now.in_op == InOp::kNo || !now.control) {
+    values_.reset();
+    value_count_ = 0;
+    return;
+  }
+  if (!now.control_changed) return;
+  const auto low = static_cast<std::size_t>(*now.control & 0x00FFU);
+  if (!values_.test(low)) {
+    values_.set(low);
+    if (value_count_++ == 0) first_value_ = now.frame;
+  }
+  if (value_count_ < kNoCommands) return;
+  AxisRecord* const known = out.Find(AxisFact::kNoControlWord);
+  if (known != nullptr && known->since.number == first_value_.number) {
+    known->a = static_cast<std::int64_t>(value_count_);
+    return out.Extend(AxisFact::kNoControlWord, Quantity::kNone, now.frame);
+  }
+  wanted_ = true;
+  out.Drop(AxisFact::kHasty);  // bit 3 of other data
+  const bool timed = first_value_.has_time && now.frame.has_time;
+  AxisRecord record =
+      now.Record(AxisFact::kNoControlWord, first_value_, timed ? Elapsed(first_value_.time, now.frame.time) : 0);
+  record.a = static_cast<std::int64_t>(value_count_);
   out.Add(record);
 }
 

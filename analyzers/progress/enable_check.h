@@ -6,6 +6,7 @@
 /// Source: CIA402, state machine.
 #pragma once
 
+#include <bitset>
 #include <cstdint>
 #include <optional>
 
@@ -36,6 +37,7 @@ class EnableCheck {
   enum class Wish : std::uint8_t { kNone, kStands, kShown };
 
   void FollowWish(const AxisView& now);
+  void Values(const AxisView& now, AxisRecords& out);
   void Attempts(const AxisView& now, AxisRecords& out);
   void Drops(const AxisView& now, AxisRecords& out);
   void InFault(const AxisView& now, AxisRecords& out);
@@ -54,6 +56,10 @@ class EnableCheck {
   FrameRef last_reset_;
   Lasting reset_stands_, reset_missing_, fault_stays_;
   Lasting bit_missing_, shutdown_missing_, asked_, quick_stop_, not_ready_, not_in_op_;
+  // Values of the low byte of the control word since the drive was enabled last.
+  std::bitset<256> values_;
+  std::size_t value_count_ = 0;
+  FrameRef first_value_;
   // Times that bit 3 rose without success.
   std::uint32_t attempts_ = 0;
   FrameRef first_attempt_;

@@ -18,7 +18,7 @@ namespace {
 
 constexpr FindingKind kFault{
     .name = "fault",
-    .title = "{state} from {state_before}[: {fault}]",
+    .title = "{state} from {state_before}[: {fault}][ after {sign}]",
     .message =
         R"(The status word shows {state_before} up to {before_frame} and {state} ({status_word}) in {frame}[, Fault in
 {fault_frame}].[{!fault} The capture does not hold the reason of the drive: no emergency message[, and no read of
@@ -72,7 +72,8 @@ A change from a state that is none of the two. Fault reaction active followed by
 - Reasons are an emergency message from one second before the fault until the drive leaves it, and the error code 603Fh,
   the error history 1003h:1 and the family's fault list read while it lasts. The same reason again counts as repetition.
 - Process data show what the drive received up to 50 ms before: control word, status word, mode, set point and actual
-  value are in a note.
+  value are in a note. The title names an active internal limit or a warning of the last status word before the fault
+  if the drive gives no reason.
 - caused_by names the finding of the emergency. If the drive gave no reason, it names the lost synchronisation or the
   pause of the process data just before.
 - A drive that is in a fault when its status word is first seen is one as well. A word of 0 before it is the content of
@@ -170,7 +171,10 @@ class DriveFault final : public Rule {
     DescribeReasons(finding, open, family);
     const progress::AxisWatch* const axis_watch = context().progress().axis(slave, e.axis);
     const progress::AxisLead* const lead = axis_watch != nullptr ? axis_watch->LeadToFault(e.frame.number) : nullptr;
-    if (lead != nullptr) AddLead(finding, *lead, family, e.axis);
+    if (lead != nullptr) {
+      AddLead(finding, *lead, family, e.axis);
+      if (open.explanations.empty()) NameSign(finding, *lead);
+    }
     finding.reference = ReferenceTo(family.drive->source);
     NameAxis(finding, e.axis);
     finding.until = left != 0 ? left : Finding::kCaptureEnds;
@@ -218,6 +222,19 @@ class DriveFault final : public Rule {
     }
     const model::DriveFaultExplained& first = open.explanations.front();
     finding.Set("fault_code", arg::Hex(first.code)).Set("fault", arg::Text(FaultText(family, first)));
+  }
+
+  /// What the last status word before the fault showed besides its state.
+  static void NameSign(Finding& finding, const progress::AxisLead& lead) {
+    static constexpr Word kLimit{"internal-limit", "an internal limit (status bit 11)"};
+    static constexpr Word kWarning{"warning", "a warning (status bit 7)"};
+    constexpr std::uint16_t kLimitBit = 0x0800, kWarningBit = 0x0080;
+    const std::uint16_t status = lead.last.status.value_or(0);
+    if ((status & kLimitBit) != 0) {
+      finding.Set("sign", arg::Of(kLimit));
+    } else if ((status & kWarningBit) != 0) {
+      finding.Set("sign", arg::Of(kWarning));
+    }
   }
 
   /// Where the reason of a fault can be read.

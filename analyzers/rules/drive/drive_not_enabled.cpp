@@ -169,6 +169,17 @@ constexpr FindingKind kHasty{
     .next = "Wait for each state in the status word, and keep the control word until the drive shows it.",
     .identity = ""};
 
+constexpr FindingKind kNoControlWord{
+    .name = "no-control-word",
+    .title = "6040h takes {values}: other data in its place",
+    .message =
+        R"(From {frame} on, for {lasted_ms}, the low byte of the control word takes {values}, last {control_word} in
+{shown_frame}. The commands of CiA 402 need a dozen. The drive shows {state} (status word {status_word}).)",
+    .next =
+        "Compare the offset of the control word in the program of the master with the PDO mapping (1600h to 17FFh). "
+        "Check what else writes to this place.",
+    .identity = ""};
+
 constexpr FindingKind kDropsBack{
     .name = "drops-back",
     .title = "Drive goes back to Switch on disabled {times} by itself",
@@ -183,7 +194,7 @@ control word (last {control_word}) asks for no such step: bits 1 and 2 are 1. Th
 constexpr const FindingKind* kKinds[] = {&kBitMissing,      &kResetStands, &kResetMissing,   &kFaultStays,
                                          &kShutdownMissing, &kNoVoltage,   &kQuickStopStays, &kNotReady,
                                          &kNotInOp,         &kOverwritten, &kLocal,          &kHasty,
-                                         &kStaysDisabled,   &kSwapped,     &kDropsBack};
+                                         &kStaysDisabled,   &kSwapped,     &kNoControlWord,  &kDropsBack};
 
 constexpr NoteKind kEnabledLater{.name = "enabled-later", .text = "The drive shows Operation enabled in {frame}."};
 constexpr const NoteKind* kNotes[] = {&kEnabledLater};
@@ -207,7 +218,7 @@ Whether an axis reaches Operation enabled when the master asks for it, and what 
 - OP
 - control over the bus (bit 9 of the status word), and a master that waits for the drive
 - a drive that goes back to Switch on disabled by itself, three times or more, or stays in it in spite of Shutdown
-- the bytes of the control word in the wrong order
+- the bytes of the control word in the wrong order, or other data in its place (24 different values or more)
 - an SDO write of the control word that process data overwrite
 
 ## Why it matters
@@ -247,6 +258,7 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kHasty, &kHasty},
     AxisRule::Row{progress::AxisFact::kStaysDisabled, &kStaysDisabled},
     AxisRule::Row{progress::AxisFact::kBytesSwapped, &kSwapped},
+    AxisRule::Row{progress::AxisFact::kNoControlWord, &kNoControlWord},
     AxisRule::Row{progress::AxisFact::kDropsBack, &kDropsBack},
 };
 
@@ -287,6 +299,9 @@ class DriveNotEnabled final : public AxisRule {
       case progress::AxisFact::kHasty:
         finding.Set("times", arg::Count(static_cast<std::uint64_t>(record.a), "time"));
         finding.Set("longest_ms", arg::Ms(record.b));
+        return;
+      case progress::AxisFact::kNoControlWord:
+        finding.Set("values", arg::Count(static_cast<std::uint64_t>(record.a), "different value"));
         return;
       case progress::AxisFact::kDropsBack:
         finding.Set("times", arg::Count(static_cast<std::uint64_t>(record.a), "time"));

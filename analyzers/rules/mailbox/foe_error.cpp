@@ -30,9 +30,12 @@ capture] with error {error_code}[ and the text "{error_text}"].[{?undefined} The
 
 constexpr FindingKind kUnfinished{
     .name = "unfinished",
-    .title = "FoE {service} not finished {ended}",
+    .title =
+        "[{?no_packet}FoE {service} stops after the request, before packet 1]"
+        "[{!no_packet}[{?many_busy}FoE {service} stops after {busy}][{!many_busy}FoE {service} not finished {ended}]]",
     .message = R"(The FoE {service} of [file "{file_name}"][{!file_name}a file whose name is not in the capture] was not
-finished {ended}. {bytes} {bytes?was|were} transferred in {packets}, up to {frame}.[ Nothing of it follows for
+finished {ended}. {bytes} {bytes?was|were} transferred in {packets}, up to {frame}.[{?no_packet} The slave acknowledged the
+request and waits for packet 1: a file without contents needs one, too, with no data.][ Nothing of it follows for
 {silent_ms}.][ The transfer includes {busy}.][ {packet_errors} {packet_errors?is|are} out of order, first in
 {packet_error_frame}.])",
     .next = "Finish the transfer, or end it with an error message, before the next request.",
@@ -244,11 +247,14 @@ class FoeError final : public Rule {
       SetError(finding, t);
     } else {
       finding.Set("ended", arg::Of(EndOf(t)));
+      if (t.write && t.packets == 0) finding.Set("no_packet", arg::Flag());
       if (t.outcome == mailbox::FoeTransfer::Outcome::kCaptureEnd) {
         finding.Set("silent_ms", arg::Ms(context().statistics().last.time - frame.time));
       }
     }
+    constexpr std::uint32_t kManyBusy = 10;
     if (t.busy > 0) finding.Set("busy", arg::Count(t.busy, "busy message"));
+    if (t.busy >= kManyBusy) finding.Set("many_busy", arg::Flag());
     if (t.packet_errors > 0) {
       finding.Set("packet_errors", arg::Count(t.packet_errors, "packet number"))
           .Set("packet_error_frame", arg::Frame(t.packet_error.number));

@@ -51,7 +51,7 @@ constexpr FindingKind kObjectDiffers{
     .message =
         R"(The master read {by_sdo} from {object} by SDO ({frame}). The process data hold {by_process_data} at its place
 before and after that ({since_frame} to {until_frame}).[ The value lies {distance} {side} its place: what the slave
-sends is shifted.] So the master reads these inputs at a wrong place, or the slave fills them with something else.)",
+sends is shifted.] So the master reads these inputs at a wrong place, or the slave does not update them.)",
     .next = "Compare the PDO mapping (1A00h to 1BFFh) and the length of SM3 with what the slave sends.",
     .identity = "object"};
 

@@ -75,8 +75,20 @@ constexpr FindingKind kProcessData{
 cycle.][{!one_per_cycle} The observed cycle is neither a multiple nor a part of it.])",
     .next = "Let the master run with the configured cycle, or configure the cycle that it runs with."};
 
-constexpr const FindingKind* kKinds[] = {&kSync0AndInterpolation, &kSync0AndDrive, &kInterpolationAndDrive, &kRewritten,
-                                         &kProcessData};
+constexpr FindingKind kInterpolatedPositions{
+    .name = "process-data-interpolation-time",
+    .title = "Process data every {observed_us}, but 60C2h gives {configured_us}",
+    .message =
+        R"(In OP the outputs of this slave come every {observed_us}. That is the mean of {cycles} from {frame} to
+{end_frame}, by {time_base}. The master wrote {configured_us} to 60C2h ({interpolation_frame}), the time between two set
+points by CiA 402. A drive that interpolates positions over this time stops between two of them, or never reaches
+them: the axis vibrates. Whether this drive does so is not known.)",
+    .next = "Write the cycle of the master to 60C2h.",
+    .identity = ""};
+
+constexpr const FindingKind* kKinds[] = {&kSync0AndInterpolation, &kSync0AndDrive,
+                                         &kInterpolationAndDrive, &kRewritten,
+                                         &kProcessData,           &kInterpolatedPositions};
 
 constexpr RuleInfo kInfo{.id = "sync-cycle-mismatch",
                          .group = "Synchronisation",
@@ -111,6 +123,8 @@ repeats setpoints or skips them. The axis is jerky, follows with a wrong velocit
 - SAMPLEPERIOD and PTBASE are no objects: only --parameter gives them.
 - If the process data match one of two settings that disagree, the other setting is wrong. caused_by then names the
   finding about the settings.
+- If a family is not known to take its cycle from 60C2h, this object counts in the modes 7 and 8 (positions). A
+  difference is then an info.
 - If a family is not known to need one frame a cycle, SYNC0 may be a multiple of the frame cycle or a part of it.
 
 ## Example
@@ -151,6 +165,7 @@ class SyncCycleMismatch final : public Rule {
     if (context().sync().outputs(e.slave).rate.cycles() < kEnoughCycles) return;
     evaluated_.insert(e.slave);
     Observed(e.slave);
+    ObservedByStandard(e.slave);
   }
 
   void Finish() override {
@@ -158,6 +173,7 @@ class SyncCycleMismatch final : public Rule {
       const auto id = static_cast<SlaveId>(s);
       CompareChanged(id);
       if (context().sync().outputs(id).rate.cycles() >= kEnoughCycles || !evaluated_.contains(id)) Observed(id);
+      ObservedByStandard(id);
     }
   }
 
@@ -342,6 +358,38 @@ class SyncCycleMismatch final : public Rule {
       finding.reference = ReferenceTo(slave.profile->sync.cycle_count->source);
     }
     Report(3, std::move(finding));
+  }
+
+  /// CiA 402 gives 60C2h this meaning; what a drive of an unknown family does with it is not known.
+  void ObservedByStandard(SlaveId id) {
+    const model::SlaveModel& slave = context().slave(id);
+    const auto interpolation = model::InterpolationTime(slave);
+    if (!interpolation || slave.profile->sync.cycle_by_60c2.value) return;
+    static constexpr std::int8_t kInterpolatedMode = 7, kCyclicPosition = 8;
+    const bool positions = slave.drives.Any([](const model::DriveUnit& unit) {
+      const auto mode = unit.mode_shown() ? unit.mode_shown() : unit.mode_requested();
+      return mode && (*mode == kInterpolatedMode || *mode == kCyclicPosition);
+    });
+    const auto& rate = context().sync().outputs(id).rate;
+    if (!positions || rate.cycles() < kEnoughCycles || !context().sync().Uncertainty(rate.base())) return;
+    const model::ObjectValue* const object = slave.objects.Find(kInterpolationTime, 1);
+    if (object == nullptr || object->since > rate.first().number) return;  // written in this run
+    const auto mean = rate.mean_ns();
+    const double off = std::abs(mean / static_cast<double>(*interpolation) - 1);
+    if (off - rate.JitterShare() <= kCycleTolerance || context().pairing().gaps > 0) return;
+    constexpr std::uint64_t kKey = 5;
+    if (Repeat(id, kKey, rate.first()) != kNoFinding) return;
+    Finding finding = Found(kInterpolatedPositions, id, rate.first());
+    finding.last = rate.last();
+    finding.confidence = Confidence::kInferred;
+    AddRelated(finding, object->since);
+    finding.Set("observed_us", arg::Us(static_cast<TimeNs>(mean)))
+        .Set("configured_us", arg::Us(*interpolation))
+        .Set("interpolation_frame", arg::Frame(object->since))
+        .Set("cycles", arg::Count(rate.cycles(), "cycle"))
+        .Set("end_frame", arg::Frame(rate.last().number))
+        .Set("time_base", arg::Of(WordOf(rate.base())));
+    Report(kKey, Severity::kInfo, std::move(finding));
   }
 
   /// Two settings that a finding compares.
