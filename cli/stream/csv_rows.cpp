@@ -2,7 +2,7 @@
 #include <charconv>
 
 #include "cli/stream/json_line.h"
-#include "cli/stream/row_sink.h"
+#include "cli/stream/stream_formats.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -28,11 +28,11 @@ void AppendCsv(std::string& out, std::string_view text) {
   out += '"';
 }
 
-class CsvRows final : public RowSink {
+class SignalCsv final : public SignalSink {
  public:
-  explicit CsvRows(LineOutput& output) : output_(output) {}
+  explicit SignalCsv(LineOutput& output) : output_(output) {}
 
-  void Begin(const RowTable& table) override {
+  void Begin(const SignalTable& table) override {
     table_ = &table;
     std::string& out = output_.buffer();
     out += table.clock_times ? "time" : "time_s";
@@ -45,7 +45,7 @@ class CsvRows final : public RowSink {
     output_.EndLine();
   }
 
-  void Row(const TableRow& row) override {
+  void Row(const SignalRow& row) override {
     std::string& out = output_.buffer();
     if (table_->clock_times) {
       out += row.time;
@@ -82,7 +82,7 @@ class CsvRows final : public RowSink {
   }
 
  private:
-  void AppendOther(std::string& out, const TableRow& row, std::size_t number) const {
+  void AppendOther(std::string& out, const SignalRow& row, std::size_t number) const {
     const SignalColumn& column = table_->columns[number];
     const RowCell& cell = row.cells[number];
     if (cell.content == RowCell::Content::kBytes) return AppendHexBytes(out, cell.bytes);
@@ -91,15 +91,15 @@ class CsvRows final : public RowSink {
   }
 
   LineOutput& output_;
-  const RowTable* table_ = nullptr;
+  const SignalTable* table_ = nullptr;
   std::vector<NumberForm> forms_;  ///< by column
   std::string line_;               ///< room for the cells of a row
 };
 
 }  // namespace
 
-std::unique_ptr<RowSink> MakeCsvRows(LineOutput& output) {
-  return std::make_unique<CsvRows>(output);
+StreamFormat CsvFormat() {
+  return {.output = {"csv", ".csv"}, .help = "csv", .signals = &MakeRows<SignalSink, SignalCsv>};
 }
 
 }  // namespace ecaudit::cli
