@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "cli/interrupt.h"
-#include "cli/stream/datagram_lines.h"
+#include "cli/stream/datagram_text.h"
 #include "cli/stream/spool.h"
 #include "decoder/wire/frame_view.h"
 

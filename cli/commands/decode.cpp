@@ -1,11 +1,13 @@
 /// `ecaudit decode`: every datagram of a capture, in file order.
 #include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "cli/commands/command.h"
 #include "cli/interrupt.h"
-#include "cli/stream/datagram_lines.h"
-#include "cli/stream/json_line.h"
+#include "cli/stream/datagram_text.h"
+#include "cli/stream/stream_formats.h"
 #include "cli/stream/stream_run.h"
 #include "decoder/base/wrapping.h"
 #include "decoder/esc/register_map.h"
@@ -16,6 +18,9 @@ namespace {
 
 class DatagramWriter final : public LineWriter {
  public:
+  [[nodiscard]] std::span<const OutputFormat> formats() const override {
+    return StreamFormats::OfDatagrams().outputs();
+  }
   [[nodiscard]] Depth depth() const override { return Depth::kFrames; }
   [[nodiscard]] bool stops_at_range_end() const override { return true; }
 
@@ -24,11 +29,15 @@ class DatagramWriter final : public LineWriter {
     observation.bus().Listen(Stage::kBeforeModel, *this, &DatagramWriter::On);
     observation.bus().Listen(Stage::kModel, *this, &DatagramWriter::OnPoll);
     context_ = &context;
+    table_ = {context.time_mode, context.settings.analysis.slave_names};
     for (LineTarget& target : context.targets) {
-      if (target.format != kTextLines) continue;
-      target.output.buffer() += DatagramTextHeader(context.time(), target.color);
-      target.output.EndLine();
+      sinks_.push_back(StreamFormats::OfDatagrams().At(target.format).datagrams(target.output, target.color));
+      sinks_.back()->Begin(table_);
     }
+  }
+
+  void End() override {
+    for (const auto& sink : sinks_) sink->End();
   }
 
  private:
@@ -40,37 +49,18 @@ class DatagramWriter final : public LineWriter {
     const std::optional<std::int64_t> since_start = context_->source.SinceStart(frame.ref());
     const auto seconds = since_start ? std::optional(static_cast<double>(*since_start) / 1e9) : std::nullopt;
     if (!context_->range.Contains(frame.ref().number, seconds)) return;
-    seconds_.clear();
-    if (since_start) AppendSeconds(seconds_, *since_start);
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      DatagramRow row{frame,        frame[i],         seen.direction,
-                      since_start,  seconds_,         std::nullopt,
-                      std::nullopt, context_->time(), context_->settings.analysis.slave_names};
+      DatagramRow row{frame, frame[i], seen.direction, since_start, std::nullopt, std::nullopt, context_->time()};
       if (!Resolve(row)) continue;
-      for (LineTarget& target : context_->targets) Write(row, target);
+      for (const auto& sink : sinks_) sink->Row(row);
     }
-    if (context_->settings.slaves.empty() && frame.kind() != wire::FrameKind::kEtherCat) {
-      for (LineTarget& target : context_->targets) {
-        if (target.format != kTextLines) continue;
-        const std::optional<std::string> problem = FrameProblemText(frame, since_start, context_->time(), target.color);
-        if (!problem) continue;
-        target.output.buffer() += *problem;
-        target.output.EndLine();
-      }
+    if (context_->settings.slaves.empty() && IsUnsound(frame)) {
+      for (const auto& sink : sinks_) sink->Unsound({frame, since_start, context_->time()});
     }
     for (const LineTarget& target : context_->targets) {
       if (!target.output.closed()) return;
     }
     InterruptFlag() = true;  // the reader has closed the output
-  }
-
-  void Write(const DatagramRow& row, LineTarget& target) {
-    if (target.format == kJsonLines) {
-      AppendDatagramJson(target.output.buffer(), row, fields_);
-    } else {
-      AppendDatagramText(target.output.buffer(), row, contents_, target.color);
-    }
-    target.output.EndLine();
   }
 
   /// Finds the slave that is addressed.
@@ -127,9 +117,8 @@ class DatagramWriter final : public LineWriter {
 
   const Pipeline* pipeline_ = nullptr;
   const StreamContext* context_ = nullptr;
-  DatagramFields fields_;
-  std::string seconds_;  ///< of the frame at hand
-  ContentTexts contents_;
+  DatagramTable table_;
+  std::vector<std::unique_ptr<DatagramSink>> sinks_;  ///< by target
 };
 
 class DecodeCommand : public Command {
@@ -139,7 +128,7 @@ class DecodeCommand : public Command {
   [[nodiscard]] std::string_view summary() const override { return "Show every datagram, one a line"; }
 
   void Declare(OptionSet& options) override {
-    run_.Declare(options);
+    run_.Declare(options, StreamFormats::OfDatagrams());
     options.Footer(
         "\nColumns: frame (and datagram in it), seconds from the first packet or --time, -> sent or <- returned, "
         "command, slave\n"

@@ -5,6 +5,7 @@
 
 #include "cli/commands/command.h"
 #include "cli/stream/event_writer.h"
+#include "cli/stream/stream_formats.h"
 #include "cli/stream/stream_run.h"
 
 namespace ecaudit::cli {
@@ -19,7 +20,7 @@ class EventsCommand : public Command {
   }
 
   void Declare(OptionSet& options) override {
-    run_.Declare(options);
+    run_.Declare(options, StreamFormats::OfEvents());
     options.Group("What to read");
     options.Values("--type", "TYPE,...", types_,
                    "only events of these types (repeatable); ecat-event is shown only if it is named");

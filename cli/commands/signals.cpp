@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "cli/commands/command.h"
-#include "cli/stream/row_sink.h"
 #include "cli/stream/signal_writer.h"
+#include "cli/stream/stream_formats.h"
 #include "cli/stream/stream_run.h"
 
 namespace ecaudit::cli {
@@ -21,7 +21,7 @@ class SignalsCommand : public Command {
   }
 
   void Declare(OptionSet& options) override {
-    run_.Declare(options, SignalWriter::Formats(), RowFormatsHelp());
+    run_.Declare(options, StreamFormats::OfSignals());
     options.Group("What to read");
     options.Values("--signal,--object", "NAME,...", signals_,
                    "only these, by name or object, with * and ?: 'position*', 6041h, 's0.*' (repeatable)");

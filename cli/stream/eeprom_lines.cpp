@@ -25,7 +25,7 @@ template <typename Write>
 void PutObject(EventRow& row, std::string_view key, Write&& write) {
   JsonText text(JsonText::Layout::kLine);
   text.Object(write);
-  row.json.Key(key) += text.Take();
+  row.fields.Json(key) += text.Take();
 }
 
 /// The member `key`, an array with an object for each of `items`, which `write(JsonObject&, item)` fills.
@@ -35,7 +35,7 @@ void PutList(EventRow& row, std::string_view key, const Range& items, Write&& wr
   text.Array([&](JsonArray& array) {
     for (const auto& item : items) array.AddObject([&](JsonObject& object) { write(object, item); });
   });
-  row.json.Key(key) += text.Take();
+  row.fields.Json(key) += text.Take();
 }
 
 std::string_view Name(esc::SiiChecksumState state) {
@@ -239,11 +239,11 @@ void EepromLines::Flush(SlaveId id, Slave& slave) {
     const std::string part =
         esc::SiiPartNames(output_.network().state(id).sii.image(), slave.address, static_cast<std::uint32_t>(words));
     EventRow row(output_, EventType::kEeprom, slave.last, id);
-    row.json.Text("action", "read");
-    row.json.Number("address", slave.address);
-    row.json.Number("words", words);
+    row.fields.Text("action", "read");
+    row.fields.Number("address", slave.address);
+    row.fields.Number("words", words);
     row.TextOrNull("part", part);
-    row.json.Bytes("data", slave.bytes);
+    row.fields.Bytes("data", slave.bytes);
     row.Frame("first_frame", slave.first);
     row.text = "read " + WordRange(slave.address, words) + (part.empty() ? "" : ", " + part) + ": " +
                HexBytes(Slice(slave.bytes, 0, kShownBytes)) + (slave.bytes.size() > kShownBytes ? "..." : "");
@@ -257,9 +257,9 @@ void EepromLines::On(const track::EepromWrite& event) {
   const FrameRef& frame = event.command.seen() ? event.command : event.frame;
   if (!output_.Wants(EventType::kEeprom, frame, event.slave)) return;
   EventRow row(output_, EventType::kEeprom, frame, event.slave);
-  row.json.Text("action", "write");
-  row.json.Number("address", event.address);
-  row.json.Number("words", 1);
+  row.fields.Text("action", "write");
+  row.fields.Number("address", event.address);
+  row.fields.Number("words", 1);
   const std::string part = event.address == 4
                                ? "station alias"
                                : esc::SiiPartNames(output_.network().state(event.slave).sii.image(), event.address, 1);
@@ -267,12 +267,12 @@ void EepromLines::On(const track::EepromWrite& event) {
   if (event.word) {
     const std::array<std::uint8_t, 2> bytes = {static_cast<std::uint8_t>(*event.word & 0xFFU),
                                                static_cast<std::uint8_t>(*event.word >> 8U)};
-    row.json.Bytes("data", bytes);
+    row.fields.Bytes("data", bytes);
   } else {
-    row.json.Null("data");
+    row.fields.Null("data");
   }
   row.NumberOrNull("value", event.word);
-  row.json.Bool("confirmed", event.confirmed);
+  row.fields.Bool("confirmed", event.confirmed);
   row.Frame("confirmed_frame", event.frame);
   row.text = "write " + WordRange(event.address, 1) + (part.empty() ? "" : ", " + part) + ": " +
              (event.word ? Hex(*event.word) : "value not captured");
@@ -284,10 +284,10 @@ void EepromLines::On(const track::EepromError& event) {
   Flush(event.slave, slave);
   if (!output_.Wants(EventType::kEeprom, event.frame, event.slave)) return;
   EventRow row(output_, EventType::kEeprom, event.frame, event.slave);
-  row.json.Text("action", "error");
+  row.fields.Text("action", "error");
   row.NumberOrNull("address", event.address);
-  row.json.Number("error_bits", event.bits);
-  row.json.Text("error", ErrorNames(event.bits));
+  row.fields.Number("error_bits", event.bits);
+  row.fields.Text("error", ErrorNames(event.bits));
   row.Frame("command_frame", event.command);
   row.text = ErrorNames(event.bits) + (event.address ? ", " + WordRange(*event.address, 1) : "");
   row.style = report::Style::kWarning;
@@ -305,16 +305,16 @@ void EepromLines::WriteContents(SlaveId id, Slave& slave, bool at_end) {
   const esc::SiiContents contents = esc::ParseSii(image);
   const esc::SiiHeader& header = contents.header;
   EventRow row(output_, EventType::kEeprom, slave.last_read, id);
-  row.json.Text("action", "contents");
-  row.json.Number("known_words", known);
-  row.json.Bool("complete", contents.chain_end == esc::SiiChainEnd::kEndMark);
+  row.fields.Text("action", "contents");
+  row.fields.Number("known_words", known);
+  row.fields.Bool("complete", contents.chain_end == esc::SiiChainEnd::kEndMark);
   PutObject(row, "identity", [&](JsonObject& json) { PutIdentity(json, header); });
   row.TextOrNull("name", contents.Name());
   row.TextOrNull("order", contents.general && contents.general->order_string
                               ? contents.String(*contents.general->order_string)
                               : std::string_view());
   row.NumberOrNull("alias", header.alias);
-  row.json.Text("checksum", Name(header.checksum_state));
+  row.fields.Text("checksum", Name(header.checksum_state));
   PutObject(row, "mailboxes", [&](JsonObject& json) { PutMailboxes(json, header); });
   row.NumberOrNull("protocols", header.protocols);
   row.NumberOrNull("size_bytes", header.size_bytes);
@@ -324,7 +324,7 @@ void EepromLines::WriteContents(SlaveId id, Slave& slave, bool at_end) {
   fmmus.Array([&](JsonArray& uses) {
     for (const esc::SiiFmmuUse use : contents.fmmus) uses.Add(FmmuUse(use));
   });
-  row.json.Key("fmmus") += fmmus.Take();
+  row.fields.Json("fmmus") += fmmus.Take();
   const auto put_pdo = [&](JsonObject& json, const esc::SiiPdo& pdo) { PutPdo(json, pdo, contents); };
   PutList(row, "rx_pdos", contents.rx_pdos, put_pdo);
   PutList(row, "tx_pdos", contents.tx_pdos, put_pdo);

@@ -4,17 +4,14 @@
 #include <utility>
 
 #include "cli/interrupt.h"
-#include "cli/stream/columns.h"
+#include "cli/stream/stream_formats.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
-namespace {
-
-constexpr std::size_t kFrameColumns = 8;
-constexpr std::size_t kSlaveColumns = 6;
-constexpr std::size_t kTypeColumns = 14;
-
-}  // namespace
+EventOutput::EventOutput(const Pipeline& pipeline, const StreamContext& context, EventTypes types, EventSink* sink)
+    : pipeline_(pipeline), context_(context), types_(types), sink_(sink) {
+  table_ = {context.time_mode, types.chosen(), context.settings.analysis.slave_names};
+}
 
 bool EventOutput::Wants(EventType type, const FrameRef& frame, SlaveId slave) {
   if (!types_.Has(type)) return false;
@@ -41,7 +38,7 @@ void EventOutput::ReportLeftOut() {
   if (left_out_ == 0) return;
   const std::uint64_t lines = std::exchange(left_out_, 0);
   EventRow row(*this, EventType::kLeftOut, first_left_out_, kNoSlave);
-  row.json.Number("lines", lines);
+  row.fields.Number("lines", lines);
   row.Frame("last_frame", last_left_out_);
   row.text = Grouped(lines) + " events up to #" + std::to_string(last_left_out_.number) +
              " are not shown: out of proportion to the capture";
@@ -49,46 +46,53 @@ void EventOutput::ReportLeftOut() {
 }
 
 void EventOutput::Begin() {
-  for (LineTarget& target : context_.targets) {
-    if (target.format != kTextLines) continue;
-    const report::Style bold = report::Style::kBold;
-    Columns columns(target.output.buffer(), target.color);
-    const TimeColumn time = context_.time();
-    columns.Right("frame", kFrameColumns, bold).Right(time.title(), time.width(), bold);
-    columns.Right("slave", kSlaveColumns, bold);
-    columns.Left("event", kTypeColumns, bold).Last("what", bold);
-    target.output.EndLine();
+  if (sink_ != nullptr) return sink_->Begin(table_);
+  for (const LineTarget& target : context_.targets) {
+    Line& line = *lines_.emplace_back(std::make_unique<Line>());
+    line.sink = StreamFormats::OfEvents().At(target.format).events(line.staged, target.color);
+    line.sink->Begin(table_);
+  }
+  WriteStaged();
+}
+
+void EventOutput::WriteStaged() {
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    const std::string lines = lines_[i]->staged.TakeLines();
+    if (lines.empty()) continue;
+    context_.targets[i].output.buffer() += lines;
+    context_.targets[i].output.EndLine();
   }
 }
 
 void EventOutput::Write(const EventRow& row) {
-  std::string slave_text = "all";
-  if (row.slave_ != kNoSlave) {
-    const bus::SlaveAddress& address = network().slaves()[row.slave_];
-    const SlavePos* position = address.position.if_known();
-    const StationAddress* station = address.station.if_known();
-    slave_text = position != nullptr  ? context_.settings.analysis.slave_names.Number(*position)
-                 : station != nullptr ? Hex(*station)
-                                      : "?";
+  const bus::SlaveAddress none;
+  const bus::SlaveAddress& address = row.slave_ != kNoSlave ? network().slaves()[row.slave_] : none;
+  const auto known = [](const auto& value) {
+    return value.if_known() != nullptr ? std::optional(*value.if_known()) : std::nullopt;
+  };
+  fields_.Close();
+  const EventRecord record{row.type_,
+                           row.frame_,
+                           SinceStart(row.frame_),
+                           context_.time(),
+                           row.slave_ == kNoSlave,
+                           known(address.position),
+                           known(address.station),
+                           fields_,
+                           row.text,
+                           row.style,
+                           row.shown_elsewhere};
+  if (sink_ != nullptr) {
+    written_ += fields_.size() + row.text.size();
+    return sink_->Row(record);
   }
   Waiting waiting{row.frame_.number, number_++, {}};
-  for (const LineTarget& target : context_.targets) {
-    std::string& out = waiting.lines.emplace_back();
-    if (target.format == kJsonLines) {
-      out = json_;
-    } else if (target.format == kJsonAndText) {
-      out = json_ + '\t' + row.text;
-    } else if (types_.chosen() || !row.shown_elsewhere) {
-      Columns columns(out, target.color);
-      columns.Right(std::to_string(row.frame_.number), kFrameColumns);
-      const TimeColumn time = context_.time();
-      columns.Right(time.Text(row.frame_, SinceStart(row.frame_)), time.width(), report::Style::kFaint);
-      columns.Right(slave_text, kSlaveColumns).Left(Name(row.type_), kTypeColumns, report::Style::kInfo);
-      columns.Last(row.text, row.style);
-    }
+  std::uint64_t bytes = 1;
+  for (const auto& line : lines_) {
+    line->sink->Row(record);
+    const std::string& text = waiting.lines.emplace_back(line->staged.TakeLines());
+    bytes = std::max<std::uint64_t>(bytes, text.size() + 1);
   }
-  std::uint64_t bytes = 0;
-  for (const std::string& line : waiting.lines) bytes = std::max<std::uint64_t>(bytes, line.size() + 1);
   written_ += bytes;
   newest_ = std::max(newest_, waiting.frame);
   waiting_.push_back(std::move(waiting));
@@ -114,66 +118,41 @@ void EventOutput::WriteFirst() {
 void EventOutput::End() {
   ReportLeftOut();
   while (!waiting_.empty()) WriteFirst();
+  if (sink_ != nullptr) sink_->End();
+  for (const auto& line : lines_) line->sink->End();
+  WriteStaged();
 }
-
-namespace {
-
-std::string& Emptied(std::string& text) {
-  text.clear();
-  return text;
-}
-
-}  // namespace
 
 EventRow::EventRow(EventOutput& output, EventType type, const FrameRef& frame, SlaveId slave)
-    : json(Emptied(output.json_)), output_(output), type_(type), frame_(frame), slave_(slave) {
-  json.Text("event", Name(type));
-  Frame("frame", frame);
-  if (const std::optional<std::int64_t> since = output.SinceStart(frame)) {
-    AppendSeconds(json.Key("time_s"), *since);
-  } else {
-    json.Null("time_s");
-  }
-  if (const std::string time = output.context_.time().Iso(frame); !time.empty()) json.Text("time", time);
-  const bus::SlaveAddress none;
-  const bus::SlaveAddress& address = slave != kNoSlave ? output.network().slaves()[slave] : none;
-  const auto known = [this](std::string_view key, const auto& value) {
-    if (const auto* number = value.if_known()) {
-      json.Number(key, *number);
-    } else {
-      json.Null(key);
-    }
-  };
-  known("slave", address.position);
-  known("station_address", address.station);
+    : fields(output.fields_), output_(output), type_(type), frame_(frame), slave_(slave) {
+  fields.Clear();
 }
 
 EventRow::~EventRow() {
-  json.Close();
   output_.Write(*this);
 }
 
 void EventRow::Frame(std::string_view key, const FrameRef& frame) {
   if (frame.seen()) {
-    json.Number(key, frame.number);
+    fields.Number(key, frame.number);
   } else {
-    json.Null(key);
+    fields.Null(key);
   }
 }
 
 void EventRow::TextOrNull(std::string_view key, std::string_view value) {
   if (value.empty()) {
-    json.Null(key);
+    fields.Null(key);
   } else {
-    json.Text(key, value);
+    fields.Text(key, value);
   }
 }
 
 void EventRow::Milliseconds(std::string_view key, std::optional<TimeNs> duration) {
   if (duration) {
-    AppendJsonNumber(json.Key(key), static_cast<double>(*duration) / 1e6);
+    fields.Real(key, static_cast<double>(*duration) / 1e6);
   } else {
-    json.Null(key);
+    fields.Null(key);
   }
 }
 

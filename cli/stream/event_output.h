@@ -1,15 +1,17 @@
-/// Where event lines are put together and leave: each event as JSON and as a line for people, in the formats asked for.
+/// Where events become rows of the formats asked for, in the order of frames.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "cli/report/layout.h"
+#include "cli/stream/event_record.h"
 #include "cli/stream/event_type.h"
-#include "cli/stream/json_line.h"
+#include "cli/stream/row_fields.h"
 #include "cli/stream/stream_run.h"
 #include "decoder/base/ids.h"
 
@@ -19,8 +21,8 @@ class EventRow;
 
 class EventOutput {
  public:
-  EventOutput(const Pipeline& pipeline, const StreamContext& context, EventTypes types)
-      : pipeline_(pipeline), context_(context), types_(types) {}
+  /// @param sink  takes the rows as they become known, in place of the targets' formats; may be null
+  EventOutput(const Pipeline& pipeline, const StreamContext& context, EventTypes types, EventSink* sink);
 
   /// Whether an event of this type is shown at all; where it is not, making it can be left out.
   [[nodiscard]] bool Wants(EventType type) const { return types_.Has(type); }
@@ -31,7 +33,7 @@ class EventOutput {
   /// lines as long as there is room; the rest is counted, and reported.
   [[nodiscard]] bool Wants(EventType type, const FrameRef& frame, SlaveId slave);
 
-  /// Writes the titles of the columns.
+  /// Before the first event.
   void Begin();
   /// Writes what waits.
   void End();
@@ -66,16 +68,27 @@ class EventOutput {
   static constexpr std::uint64_t kTimesInput = 8;
   static constexpr std::uint64_t kRoomToGoOn = std::uint64_t{64} << 10U;
 
+  /// A target and the sink of its format, whose lines wait.
+  struct Line {
+    LineOutput staged = LineOutput::ToBuffer();
+    std::unique_ptr<EventSink> sink;
+  };
+
   [[nodiscard]] bool HasRoom(const FrameRef& frame);
   void ReportLeftOut();
   void Write(const EventRow& row);
   void WriteFirst();
+  /// What a sink wrote before or after the events.
+  void WriteStaged();
 
   const Pipeline& pipeline_;
   const StreamContext& context_;
   EventTypes types_;
-  std::string json_;              ///< of the current event
-  std::vector<Waiting> waiting_;  ///< a heap, the earliest frame on top
+  EventTable table_;
+  EventSink* sink_;
+  std::vector<std::unique_ptr<Line>> lines_;  ///< by target; none with sink_
+  RowFields fields_;                          ///< of the current event
+  std::vector<Waiting> waiting_;              ///< a heap, the earliest frame on top
   std::uint64_t number_ = 0;
   FrameNo newest_ = 0;
   std::uint64_t written_ = 0;   ///< bytes of the format that has most
@@ -83,7 +96,7 @@ class EventOutput {
   FrameRef first_left_out_, last_left_out_;
 };
 
-/// One event. Begins with the keys that all events have; the rest is added to json; written when it ends.
+/// One event. What it has beside the columns of all events is added to fields; written when it ends.
 class EventRow {
  public:
   /// Only one at a time.
@@ -92,7 +105,7 @@ class EventRow {
   EventRow& operator=(const EventRow&) = delete;
   ~EventRow();
 
-  JsonLine json;
+  RowFields& fields;
   /// The line for people; printable text only.
   std::string text;
   report::Style style = report::Style::kPlain;
@@ -106,9 +119,9 @@ class EventRow {
   template <typename T>
   void NumberOrNull(std::string_view key, const std::optional<T>& value) {
     if (value) {
-      json.Number(key, *value);
+      fields.Number(key, *value);
     } else {
-      json.Null(key);
+      fields.Null(key);
     }
   }
   /// A duration in ns as milliseconds, null when unknown.

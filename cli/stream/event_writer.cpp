@@ -52,7 +52,7 @@ struct EventWriter::RegisterWrite {
 };
 
 void EventWriter::Begin(Observation& observation, const StreamContext& context) {
-  output_ = std::make_unique<EventOutput>(observation.pipeline(), context, types_);
+  output_ = std::make_unique<EventOutput>(observation.pipeline(), context, types_, sink_);
   eeprom_ = std::make_unique<EepromLines>(*output_);
   model_ = &observation.model();
   observation.bus()
@@ -88,15 +88,15 @@ EventWriter::SlaveNotes& EventWriter::NotesOf(SlaveId slave) {
 void EventWriter::WriteRegister(const RegisterWrite& write) {
   if (!output_->Wants(EventType::kRegisterWrite, write.frame(), write.slave)) return;
   EventRow row(*output_, EventType::kRegisterWrite, write.frame(), write.slave);
-  row.json.Text("command", wire::Name(write.command));
-  row.json.Number("address", write.address);
+  row.fields.Text("command", wire::Name(write.command));
+  row.fields.Number("address", write.address);
   row.TextOrNull("register", esc::AccessName(write.address, write.data.size()));
-  row.json.Number("length", write.data.size());
-  row.json.Bytes("data", write.data);
+  row.fields.Number("length", write.data.size());
+  row.fields.Bytes("data", write.data);
   row.text = esc::DescribeAccess(write.address, write.data, esc::AccessKind::WRITE);
-  row.json.Text("value", row.text);
-  row.json.Text("acceptance", Name(write.acceptance));
-  row.json.Bool("broadcast", wire::IsBroadcast(write.command));
+  row.fields.Text("value", row.text);
+  row.fields.Text("acceptance", Name(write.acceptance));
+  row.fields.Bool("broadcast", wire::IsBroadcast(write.command));
   row.Frame("sent_frame", write.sent);
   row.Frame("returned_frame", write.returned);
   row.Note(NoteOf(write.acceptance));
@@ -121,14 +121,14 @@ void EventWriter::WriteClock(const track::SlaveAccess& access) {
   const FrameRef& frame = writes && access.sent.seen() ? access.sent : access.frame();
   if (!output_->Wants(EventType::kDc, frame, slave)) return;
   EventRow row(*output_, EventType::kDc, frame, slave);
-  row.json.Text("access", distributes ? "distribution" : writes ? "write" : "read");
-  row.json.Text("command", wire::Name(access.command));
-  row.json.Number("address", access.address);
+  row.fields.Text("access", distributes ? "distribution" : writes ? "write" : "read");
+  row.fields.Text("command", wire::Name(access.command));
+  row.fields.Number("address", access.address);
   row.TextOrNull("register", esc::AccessName(access.address, data.size()));
-  row.json.Number("length", data.size());
-  row.json.Bytes("data", data);
+  row.fields.Number("length", data.size());
+  row.fields.Bytes("data", data);
   row.text = esc::DescribeAccess(access.address, data, writes ? esc::AccessKind::WRITE : esc::AccessKind::READ);
-  row.json.Text("value", row.text);
+  row.fields.Text("value", row.text);
   std::optional<std::uint64_t> time;
   if (const ByteSpan wide = access.Covered(access.read, esc::kSystemTime, 8); !wide.empty()) {
     time = LittleEndian<std::uint64_t>(wide, 0);
@@ -136,8 +136,8 @@ void EventWriter::WriteClock(const track::SlaveAccess& access) {
     time = LittleEndian<std::uint32_t>(low, 0);
   }
   row.NumberOrNull("system_time_ns", time);
-  row.json.Text("acceptance", Name(access.acceptance));
-  row.json.Bool("broadcast", access.broadcast);
+  row.fields.Text("acceptance", Name(access.acceptance));
+  row.fields.Bool("broadcast", access.broadcast);
   if (distributes) {
     row.Note("distributed");
   } else {
@@ -187,11 +187,11 @@ void EventWriter::On(const track::AlRequest& event) {
   if (!output_->Wants(EventType::kAlRequest, event.frame(), event.slave)) return;
   EventRow row(*output_, EventType::kAlRequest, event.frame(), event.slave);
   const std::string state = esc::StateName(event.control.state());
-  row.json.Text("state", state);
-  row.json.Bool("acknowledge", event.control.bit4());
-  row.json.Number("control", event.control.raw);
-  row.json.Text("acceptance", Name(event.acceptance));
-  row.json.Bool("broadcast", event.broadcast);
+  row.fields.Text("state", state);
+  row.fields.Bool("acknowledge", event.control.bit4());
+  row.fields.Number("control", event.control.raw);
+  row.fields.Text("acceptance", Name(event.acceptance));
+  row.fields.Bool("broadcast", event.broadcast);
   row.Frame("sent_frame", event.sent);
   row.Frame("returned_frame", event.returned);
   row.text = state + " requested";
@@ -222,18 +222,18 @@ void EventWriter::WriteAlState(SlaveId slave, const FrameRef& frame, esc::AlWord
   const bool from_echo = before && before->bit4() && NotesOf(slave).echo;
   NotesOf(slave).echo = echo;
   EventRow row(*output_, EventType::kAlState, frame, slave);
-  row.json.Text("state", esc::StateName(status.state()));
+  row.fields.Text("state", esc::StateName(status.state()));
   if (error_bit_known) {
-    row.json.Bool("error", status.bit4() && !echo);
-    row.json.Bool("acknowledge_echoed", echo);
+    row.fields.Bool("error", status.bit4() && !echo);
+    row.fields.Bool("acknowledge_echoed", echo);
   } else {
-    row.json.Null("error");
-    row.json.Null("acknowledge_echoed");
+    row.fields.Null("error");
+    row.fields.Null("acknowledge_echoed");
   }
   row.TextOrNull("from", !before     ? std::string()
                          : from_echo ? esc::StateName(before->state())
                                      : esc::StatusText(before->raw));
-  row.json.Number("status", status.raw);
+  row.fields.Number("status", status.raw);
   row.NumberOrNull("status_code", code);
   row.TextOrNull("status_code_text", code_text);
   const bool same = before && before->raw == status.raw;
@@ -273,7 +273,7 @@ void EventWriter::On(const track::AlStateForgotten& event) {
   if (!output_->Wants(EventType::kAlState, event.frame, event.slave)) return;
   EventRow row(*output_, EventType::kAlState, event.frame, event.slave);
   for (const char* key : {"state", "error", "from", "acknowledge_echoed", "status", "status_code", "status_code_text"})
-    row.json.Null(key);
+    row.fields.Null(key);
   row.text = event.may_be_set_up_anew ? "no longer known: a broadcast read contradicts it, or it may be set up again"
                                       : "no longer known: the slave was gone for a while";
 }
@@ -282,15 +282,15 @@ void EventWriter::On(const model::EventBitChanged& event) {
   if (!output_->Wants(EventType::kEcatEvent, event.frame, event.slave)) return;
   EventRow row(*output_, EventType::kEcatEvent, event.frame, event.slave);
   const std::string name = esc::EventBitName(esc::kEcatEventRequest, event.bit);
-  row.json.Number("bit", event.bit);
-  row.json.Text("name", name);
-  row.json.Bool("set", event.set);
-  row.json.Text("confidence", event.slave_inferred ? "inferred" : "observed");
+  row.fields.Number("bit", event.bit);
+  row.fields.Text("name", name);
+  row.fields.Bool("set", event.set);
+  row.fields.Text("confidence", event.slave_inferred ? "inferred" : "observed");
   if (event.set) {
-    for (const char* key : {"frames", "first_frame", "last_frame"}) row.json.Null(key);
+    for (const char* key : {"frames", "first_frame", "last_frame"}) row.fields.Null(key);
     row.text = name + " signalled";
   } else {
-    row.json.Number("frames", event.frames);
+    row.fields.Number("frames", event.frames);
     row.Frame("first_frame", event.first);
     row.Frame("last_frame", event.last);
     row.text = name + " no longer signalled, was since #" + std::to_string(event.first.number);

@@ -5,6 +5,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "analyzers/objects/object_names.h"
 #include "cli/stream/eeprom_lines.h"
 #include "cli/stream/event_output.h"
+#include "cli/stream/stream_formats.h"
 #include "cli/stream/stream_run.h"
 #include "decoder/track/events.h"
 
@@ -19,7 +21,10 @@ namespace ecaudit::cli {
 
 class EventWriter final : public LineWriter {
  public:
-  explicit EventWriter(EventTypes types) : types_(types) {}
+  /// @param sink  takes the rows as they become known, in place of the targets' formats; outlives the writer
+  explicit EventWriter(EventTypes types, EventSink* sink = nullptr) : types_(types), sink_(sink) {}
+
+  [[nodiscard]] std::span<const OutputFormat> formats() const override { return StreamFormats::OfEvents().outputs(); }
 
   [[nodiscard]] Depth depth() const override { return Depth::kSlaves; }
   void Begin(Observation& observation, const StreamContext& context) override;
@@ -100,6 +105,7 @@ class EventWriter final : public LineWriter {
   SlaveNotes& NotesOf(SlaveId slave);
 
   EventTypes types_;
+  EventSink* sink_;
   std::unique_ptr<EventOutput> output_;
   std::unique_ptr<EepromLines> eeprom_;
   const model::BusModel* model_ = nullptr;  ///< knows the family of each slave

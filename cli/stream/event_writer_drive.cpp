@@ -1,6 +1,7 @@
 /// The events "drive-state": what a drive is commanded and what it shows, in words.
 #include "analyzers/words/drive_text.h"
 #include "cli/stream/event_writer.h"
+#include "cli/stream/json_line.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -31,12 +32,12 @@ struct EventWriter::DriveLine {
 
 void EventWriter::WriteDrive(SlaveId slave, const FrameRef& frame, const DriveLine& line) {
   EventRow row(*output_, EventType::kDriveState, frame, slave);
-  row.json.Text("kind", line.kind);
-  if (line.axis > 0) row.json.Number("axis", line.axis + 1);
+  row.fields.Text("kind", line.kind);
+  if (line.axis > 0) row.fields.Number("axis", line.axis + 1);
   row.TextOrNull("from", line.from);
   row.TextOrNull("to", line.to);
   row.NumberOrNull("word", line.word);
-  std::string& transitions = row.json.Key("transitions");
+  std::string& transitions = row.fields.Json("transitions");
   transitions += '[';
   for (std::uint8_t i = 0; i < line.path.count; ++i) {
     if (i > 0) transitions += ',';
@@ -45,9 +46,9 @@ void EventWriter::WriteDrive(SlaveId slave, const FrameRef& frame, const DriveLi
   transitions += ']';
   row.Frame("command_frame", line.command);
   row.Milliseconds("reaction_ms", line.reaction);
-  row.json.Text("source", line.by_sdo ? "sdo" : "process data");
-  row.json.Text("certainty", line.inferred ? "inferred" : "observed");
-  row.json.Text("text", line.text);
+  row.fields.Text("source", line.by_sdo ? "sdo" : "process data");
+  row.fields.Text("certainty", line.inferred ? "inferred" : "observed");
+  row.fields.Text("text", line.text);
   if (line.axis > 0) row.text = "axis " + std::to_string(line.axis + 1) + ": ";
   row.text += Printable(line.text);
   row.style = line.style;

@@ -28,7 +28,7 @@ std::optional<TimeNs> Between(const FrameRef& from, const FrameRef& to) {
   return to.time - from.time;
 }
 
-void CaptureJson(EventRow& row, const model::LatchCapture& capture) {
+void AddCapture(EventRow& row, const model::LatchCapture& capture) {
   row.Frame("armed_frame", capture.armed);
   row.Frame("valid_frame", capture.valid);
   row.Frame("read_frame", capture.read);
@@ -67,13 +67,13 @@ void EventWriter::On(const model::LatchStep& event) {
       if (capture.valid.seen() && !capture.read.seen()) row.text += " unread";
       break;
   }
-  row.json.Text("step", Name(event.kind));
-  row.json.Text("edge", event.edge->name);
-  row.json.Number("control", event.control);
+  row.fields.Text("step", Name(event.kind));
+  row.fields.Text("edge", event.edge->name);
+  row.fields.Number("control", event.control);
   row.NumberOrNull("status", event.status);
-  CaptureJson(row, capture);
+  AddCapture(row, capture);
   row.Milliseconds("latency_ms", latency);
-  row.json.Null("rule");
+  row.fields.Null("rule");
   if (capture.assumed) row.Note("not known whether the drive accepted it");
 }
 
@@ -82,13 +82,13 @@ void EventWriter::On(const model::LatchMisuse& event) {
   EventRow row(*output_, EventType::kLatch, event.frame, event.slave);
   const std::string edge = event.edge == nullptr ? "" : event.edge->name;
   const std::string_view rule = model::RuleOf(event.kind);
-  row.json.Text("step", "misuse");
+  row.fields.Text("step", "misuse");
   row.TextOrNull("edge", edge);
-  row.json.Number("control", event.control);
+  row.fields.Number("control", event.control);
   row.NumberOrNull("status", event.status);
-  CaptureJson(row, event.capture);
-  row.json.Null("latency_ms");
-  row.json.Text("rule", rule);
+  AddCapture(row, event.capture);
+  row.fields.Null("latency_ms");
+  row.fields.Text("rule", rule);
   row.text = std::string(rule) + (edge.empty() ? "" : ": " + Printable(edge)) + ", control word " + Hex(event.control);
   if (event.status) row.text += ", status word " + Hex(*event.status);
   row.style = report::Style::kError;

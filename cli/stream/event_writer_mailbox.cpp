@@ -7,6 +7,7 @@
 #include "analyzers/objects/object_words.h"
 #include "analyzers/objects/relatives.h"
 #include "cli/stream/event_writer.h"
+#include "cli/stream/json_line.h"
 #include "cli/stream/message_text.h"
 #include "decoder/base/text.h"
 #include "decoder/mailbox/eoe.h"
@@ -29,11 +30,11 @@ constexpr std::size_t kSdoBytes = 10;  // CoE header, command, object, four byte
 template <typename E>
 void WriteObject(EventRow& row, const E& event) {
   if (event.has_object) {
-    row.json.Number("index", event.index);
-    row.json.Number("subindex", event.subindex);
+    row.fields.Number("index", event.index);
+    row.fields.Number("subindex", event.subindex);
   } else {
-    row.json.Null("index");
-    row.json.Null("subindex");
+    row.fields.Null("index");
+    row.fields.Null("subindex");
   }
 }
 
@@ -190,8 +191,8 @@ std::vector<std::string> Deviations(const mailbox::SdoTransfer& transfer, std::u
   return list;
 }
 
-void StringList(JsonLine& json, std::string_view key, const std::vector<std::string>& list) {
-  std::string& out = json.Key(key);
+void StringList(RowFields& fields, std::string_view key, const std::vector<std::string>& list) {
+  std::string& out = fields.Json(key);
   out += '[';
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (i != 0) out += ',';
@@ -200,7 +201,7 @@ void StringList(JsonLine& json, std::string_view key, const std::vector<std::str
   out += ']';
 }
 
-void RequestJson(EventRow& row, const mailbox::RequestSummary& request) {
+void AddRequest(EventRow& row, const mailbox::RequestSummary& request) {
   row.TextOrNull("request", request.frame.seen() ? DescribeRequest(request) : "");
   row.Frame("request_frame", request.frame);
 }
@@ -243,10 +244,10 @@ void WriteSdoFields(EventRow& row, const mailbox::SdoTransfer& event, const SdoO
   const bool service_known = event.service != mailbox::SdoService::kUnknown;
   row.TextOrNull("service", service_known ? mailbox::Name(event.service) : "");
   row.TextOrNull("transfer", event.kind != mailbox::SdoTransferKind::kUnknown ? mailbox::Name(event.kind) : "");
-  row.json.Bool("complete_access", event.complete_access);
+  row.fields.Bool("complete_access", event.complete_access);
   WriteObject(row, event);
-  row.json.Bytes("data", event.data);
-  AppendValue(row.json.Key("value"), object.value);
+  row.fields.Bytes("data", event.data);
+  AppendValue(row.fields.Json("value"), object.value);
   row.TextOrNull("name", object.info.name);
   row.NumberOrNull("abort_code", aborted ? std::optional(event.abort_code) : std::nullopt);
   row.TextOrNull("abort_text", AbortTextOf(event));
@@ -254,15 +255,15 @@ void WriteSdoFields(EventRow& row, const mailbox::SdoTransfer& event, const SdoO
   row.Frame("response_frame", event.response);
   row.Milliseconds("duration_ms", event.duration);
   // Beyond the contract.
-  row.json.Text("outcome", OutcomeName(event.outcome));
+  row.fields.Text("outcome", OutcomeName(event.outcome));
   row.TextOrNull("text", object.value.text);
   row.TextOrNull("words", object.words);
   const bool type_known = object.info.type != mailbox::DataType::kUnknown;
   row.TextOrNull("type", type_known ? mailbox::Name(object.info.type) : "");
   row.TextOrNull("name_source", events::Name(object.info.name_source));
-  row.json.Number("size", event.size);
+  row.fields.Number("size", event.size);
   row.NumberOrNull("declared_size", event.declared_size);
-  row.json.Number("segments", event.segments);
+  row.fields.Number("segments", event.segments);
   row.TextOrNull("aborted_by", !aborted ? "" : event.aborted_by == mailbox::Direction::kOut ? "master" : "slave");
   row.NumberOrNull("mailbox_error", event.outcome == mailbox::SdoOutcome::kMailboxError
                                         ? std::optional(event.mailbox_error)
@@ -295,9 +296,9 @@ void WriteSdoText(EventRow& row, const mailbox::SdoTransfer& event, const SdoObj
 
 /// A list of objects, as far as it came.
 void WriteList(EventRow& row, const mailbox::SdoInfo& event, bool completed) {
-  row.json.Text("kind", "list");
-  row.json.Number("list_type", event.list_type);
-  std::string& out = row.json.Key(event.list_type == 0 ? "lengths" : "indices");
+  row.fields.Text("kind", "list");
+  row.fields.Number("list_type", event.list_type);
+  std::string& out = row.fields.Json(event.list_type == 0 ? "lengths" : "indices");
   out += '[';
   for (std::size_t i = 0; i < event.indices.size(); ++i) {
     if (i != 0) out += ',';
@@ -320,13 +321,13 @@ void WriteList(EventRow& row, const mailbox::SdoInfo& event, bool completed) {
 
 void WriteObjectDescription(EventRow& row, const mailbox::SdoInfo& event, bool completed) {
   const std::string type_name = mailbox::Name(static_cast<mailbox::DataType>(event.data_type));
-  row.json.Text("kind", "object");
-  row.json.Number("index", event.index);
+  row.fields.Text("kind", "object");
+  row.fields.Number("index", event.index);
   row.TextOrNull("name", event.name);
-  row.json.Number("data_type", event.data_type);
-  row.json.Text("type", type_name);
-  row.json.Number("object_code", event.object_code);
-  row.json.Number("max_subindex", event.max_subindex);
+  row.fields.Number("data_type", event.data_type);
+  row.fields.Text("type", type_name);
+  row.fields.Number("object_code", event.object_code);
+  row.fields.Number("max_subindex", event.max_subindex);
   row.text = "object " + ObjectName(event.index);
   if (completed) {
     row.text += " " + Printable(event.name) + ": " + mailbox::ObjectCodeName(event.object_code) + ", " + type_name +
@@ -337,19 +338,19 @@ void WriteObjectDescription(EventRow& row, const mailbox::SdoInfo& event, bool c
 void WriteEntryDescription(EventRow& row, const mailbox::SdoInfo& event, bool completed) {
   const auto type = static_cast<mailbox::DataType>(event.data_type);
   const std::string type_name = mailbox::Name(type);
-  row.json.Text("kind", "entry");
-  row.json.Number("index", event.index);
-  row.json.Number("subindex", event.subindex);
+  row.fields.Text("kind", "entry");
+  row.fields.Number("index", event.index);
+  row.fields.Number("subindex", event.subindex);
   row.TextOrNull("name", event.name);
-  row.json.Number("data_type", event.data_type);
-  row.json.Text("type", type_name);
-  row.json.Number("bit_length", event.bit_length);
-  row.json.Number("access", event.access);
-  row.json.Text("access_text", mailbox::AccessText(event.access));
+  row.fields.Number("data_type", event.data_type);
+  row.fields.Text("type", type_name);
+  row.fields.Number("bit_length", event.bit_length);
+  row.fields.Number("access", event.access);
+  row.fields.Text("access_text", mailbox::AccessText(event.access));
   row.NumberOrNull("unit", event.unit);
-  row.json.Bytes("default_value", event.default_value);
-  row.json.Bytes("minimum", event.minimum);
-  row.json.Bytes("maximum", event.maximum);
+  row.fields.Bytes("default_value", event.default_value);
+  row.fields.Bytes("minimum", event.minimum);
+  row.fields.Bytes("maximum", event.maximum);
   row.text = "entry " + ObjectName(event.index, event.subindex);
   if (!completed) return;
   row.text += " " + Printable(event.name) + ": " + type_name + ", " + std::to_string(event.bit_length) + " bit, " +
@@ -377,7 +378,7 @@ void WriteSubject(EventRow& row, const mailbox::SdoInfo& event) {
       WriteEntryDescription(row, event, completed);
       break;
     case Kind::kUnknown:
-      row.json.Null("kind");
+      row.fields.Null("kind");
       row.text = "SDO information";
       break;
   }
@@ -403,24 +404,24 @@ void EventWriter::On(const mailbox::MailboxMessage& event) {
   }
   if (!output_->Wants(EventType::kMailbox, event.frame(), event.slave)) return;
   EventRow row(*output_, EventType::kMailbox, event.frame(), event.slave);
-  row.json.Text("kind", "message");
-  row.json.Text("direction", mailbox::Name(event.direction));
-  row.json.Text("protocol", mailbox::Name(event.header.protocol));
+  row.fields.Text("kind", "message");
+  row.fields.Text("direction", mailbox::Name(event.direction));
+  row.fields.Text("protocol", mailbox::Name(event.header.protocol));
   row.TextOrNull("service", ServiceName(event));
-  row.json.Number("length", event.header.length);
-  row.json.Number("address", event.header.address);
-  row.json.Number("channel", event.header.channel);
-  row.json.Number("priority", event.header.priority);
-  row.json.Number("counter", event.header.counter);
-  row.json.Bytes("data", event.payload);
+  row.fields.Number("length", event.header.length);
+  row.fields.Number("address", event.header.address);
+  row.fields.Number("channel", event.header.channel);
+  row.fields.Number("priority", event.header.priority);
+  row.fields.Number("counter", event.header.counter);
+  row.fields.Bytes("data", event.payload);
   row.TextOrNull("problem", mailbox::Describe(event.problem));
-  row.json.Bool("repeated", event.repeated);
-  row.json.Text("certainty", Name(event.certainty));
+  row.fields.Bool("repeated", event.repeated);
+  row.fields.Text("certainty", Name(event.certainty));
   row.Frame("first_frame", event.first.seen() ? event.first : event.frame());
   row.Frame("sent_frame", event.sent);
   row.Frame("returned_frame", event.returned);
   row.text = Arrow(event.direction) + " " + DescribeMessage(event);
-  row.json.Text("summary", std::string_view(row.text).substr(3));
+  row.fields.Text("summary", std::string_view(row.text).substr(3));
   if (event.header.counter != 0) row.text += ", counter " + std::to_string(event.header.counter);
   row.Note(mailbox::Describe(event.problem));
   if (event.repeated) row.Note("repeated");
@@ -431,14 +432,14 @@ void EventWriter::On(const mailbox::MailboxMessage& event) {
 void EventWriter::On(const mailbox::MailboxRefused& event) {
   if (!output_->Wants(EventType::kMailbox, event.frame(), event.slave)) return;
   EventRow row(*output_, EventType::kMailbox, event.frame(), event.slave);
-  row.json.Text("kind", "refused");
-  row.json.Text("direction", "out");
-  row.json.Text("protocol", mailbox::Name(event.header.protocol));
-  row.json.Number("length", event.header.length);
-  row.json.Number("counter", event.header.counter);
-  row.json.Bool("repeated", event.same_as_last);
-  row.json.Bool("mailbox_off", event.off);
-  RequestJson(row, event.outstanding);
+  row.fields.Text("kind", "refused");
+  row.fields.Text("direction", "out");
+  row.fields.Text("protocol", mailbox::Name(event.header.protocol));
+  row.fields.Number("length", event.header.length);
+  row.fields.Number("counter", event.header.counter);
+  row.fields.Bool("repeated", event.same_as_last);
+  row.fields.Bool("mailbox_off", event.off);
+  AddRequest(row, event.outstanding);
   row.text = "-> " + mailbox::Name(event.header.protocol) + " message not accepted: the mailbox is " +
              (event.off ? "switched off" : "full");
   if (event.same_as_last) row.Note("repetition of the last one");
@@ -448,8 +449,8 @@ void EventWriter::On(const mailbox::MailboxRefused& event) {
 void EventWriter::On(const mailbox::MailboxReadLost& event) {
   if (!output_->Wants(EventType::kMailbox, event.frame, event.slave)) return;
   EventRow row(*output_, EventType::kMailbox, event.frame, event.slave);
-  row.json.Text("kind", "read-lost");
-  RequestJson(row, event.outstanding);
+  row.fields.Text("kind", "read-lost");
+  AddRequest(row, event.outstanding);
   row.text = "a mailbox read never returned";
   if (event.outstanding.frame.seen()) {
     row.text += "; it may have removed the answer to " + DescribeRequest(event.outstanding);
@@ -461,22 +462,22 @@ void EventWriter::On(const mailbox::MailboxRepeatRequest& event) {
   if (!output_->Wants(EventType::kMailbox, event.frame, event.slave)) return;
   const bool requested = event.kind == mailbox::MailboxRepeatRequest::Kind::kRequested;
   EventRow row(*output_, EventType::kMailbox, event.frame, event.slave);
-  row.json.Text("kind", requested ? "repeat-request" : "repeat-acknowledge");
+  row.fields.Text("kind", requested ? "repeat-request" : "repeat-acknowledge");
   row.text = requested ? "the master asks for the last answer again" : "the slave has put the last answer back";
 }
 
 void EventWriter::On(const mailbox::MailboxUnanswered& event) {
   if (!output_->Wants(EventType::kMailbox, event.request.frame, event.slave)) return;
   EventRow row(*output_, EventType::kMailbox, event.request.frame, event.slave);
-  row.json.Text("kind", "unanswered");
-  RequestJson(row, event.request);
-  row.json.Text("ended_by", Name(event.end));
+  row.fields.Text("kind", "unanswered");
+  AddRequest(row, event.request);
+  row.fields.Text("ended_by", Name(event.end));
   row.Frame("ended_frame", event.ended);
-  row.json.Number("polls", event.polls);
+  row.fields.Number("polls", event.polls);
   row.Frame("last_poll_frame", event.last_poll);
-  row.json.Bool("not_taken", event.not_accepted);
-  row.json.Bool("read_lost", event.read_lost);
-  row.json.Text("certainty", Name(event.certainty));
+  row.fields.Bool("not_taken", event.not_accepted);
+  row.fields.Bool("read_lost", event.read_lost);
+  row.fields.Text("certainty", Name(event.certainty));
   row.text = DescribeRequest(event.request) + " got no answer, " + Count(event.polls, "poll") + " without result";
   if (event.not_accepted) row.Note("the slave never accepted it");
   if (event.read_lost) row.Note("a mailbox read was lost in between");
@@ -487,10 +488,10 @@ void EventWriter::On(const mailbox::MailboxErrorReply& event) {
   if (!output_->Wants(EventType::kMailbox, event.frame, event.slave)) return;
   const std::string_view meaning = mailbox::MailboxErrorText(event.detail);
   EventRow row(*output_, EventType::kMailbox, event.frame, event.slave);
-  row.json.Text("kind", "error-reply");
-  row.json.Number("detail", event.detail);
+  row.fields.Text("kind", "error-reply");
+  row.fields.Number("detail", event.detail);
   row.TextOrNull("error", meaning);
-  RequestJson(row, event.request);
+  AddRequest(row, event.request);
   row.text = "error reply " + Hex(event.detail) + (meaning.empty() ? "" : " " + std::string(meaning));
   if (event.request.frame.seen()) {
     row.text +=
@@ -502,9 +503,9 @@ void EventWriter::On(const mailbox::MailboxErrorReply& event) {
 void EventWriter::On(const mailbox::SdoUnexpected& event) {
   if (!output_->Wants(EventType::kMailbox, event.response, event.slave)) return;
   EventRow row(*output_, EventType::kMailbox, event.response, event.slave);
-  row.json.Text("kind", "unexpected-sdo-response");
-  row.json.Text("reason", mailbox::Describe(event.reason));
-  row.json.Number("command", event.command);
+  row.fields.Text("kind", "unexpected-sdo-response");
+  row.fields.Text("reason", mailbox::Describe(event.reason));
+  row.fields.Number("command", event.command);
   WriteObject(row, event);
   row.Frame("request_frame", event.request);
   row.text = "SDO answer" + (event.has_object ? " for " + ObjectName(event.index, event.subindex) : std::string()) +
@@ -526,8 +527,8 @@ void EventWriter::On(const mailbox::SdoTransfer& event) {
       Deviations(event, long_answer ? notes.long_answer_length : std::uint16_t{0});
   EventRow row(*output_, EventType::kSdo, frame, event.slave);
   WriteSdoFields(row, event, object);
-  StringList(row.json, "deviations", deviations);
-  row.json.Text("certainty", Name(event.certainty));
+  StringList(row.fields, "deviations", deviations);
+  row.fields.Text("certainty", Name(event.certainty));
   WriteSdoText(row, event, object);
   for (const std::string& deviation : deviations) row.text += " [" + deviation + "]";
 }
@@ -541,9 +542,9 @@ void EventWriter::On(const mailbox::SdoInfo& event) {
   WriteSubject(row, event);
   row.NumberOrNull("abort_code", failed ? std::optional(event.abort_code) : std::nullopt);
   row.TextOrNull("abort_text", abort_text);
-  row.json.Text("outcome", OutcomeName(event.outcome));
-  row.json.Number("fragments", event.fragments);
-  row.json.Bool("malformed", event.malformed || event.fragment_error);
+  row.fields.Text("outcome", OutcomeName(event.outcome));
+  row.fields.Number("fragments", event.fragments);
+  row.fields.Bool("malformed", event.malformed || event.fragment_error);
   row.Frame("request_frame", event.request);
   row.Frame("response_frame", event.response);
   row.Milliseconds("duration_ms", event.duration);
@@ -564,14 +565,14 @@ void EventWriter::On(const mailbox::Emergency& event) {
   const events::EmergencyInfo info = events::FindEmergency(profile, event.data.error_code);
   const device::EmergencyCode* known = info.code;
   EventRow row(*output_, EventType::kEmergency, event.frame, event.slave);
-  row.json.Number("code", event.data.error_code);
-  row.json.Number("register", event.data.error_register);
-  row.json.Bytes("data", event.data.data);
+  row.fields.Number("code", event.data.error_code);
+  row.fields.Number("register", event.data.error_register);
+  row.fields.Bytes("data", event.data.data);
   row.TextOrNull("text", known != nullptr ? known->text : "");
   row.TextOrNull("id", known != nullptr ? known->id : "");
   const bool fault = known == nullptr || known->kind == device::EmergencyKind::kFault;
   const bool warning = known != nullptr && known->kind == device::EmergencyKind::kWarning;
-  row.json.Bool("inferred", info.inferred);
+  row.fields.Bool("inferred", info.inferred);
   row.TextOrNull("kind", known == nullptr ? "" : fault ? "fault" : warning ? "warning" : "none");
   row.text = Hex(event.data.error_code);
   if (known != nullptr && !known->id.empty()) row.text += " " + known->id;
@@ -590,13 +591,13 @@ void EventWriter::On(const mailbox::EoeFrame& event) {
   if (!output_->Wants(EventType::kEoe, event.last, event.slave)) return;
   const mailbox::EthernetSummary& ethernet = event.summary;
   EventRow row(*output_, EventType::kEoe, event.last, event.slave);
-  row.json.Text("kind", "frame");
-  row.json.Text("direction", mailbox::Name(event.direction));
-  row.json.Number("port", event.port);
-  row.json.Number("frame_number", event.frame_number);
-  row.json.Number("fragments", event.fragments);
-  row.json.Number("size", event.size);
-  row.json.Bytes("data", event.data);
+  row.fields.Text("kind", "frame");
+  row.fields.Text("direction", mailbox::Name(event.direction));
+  row.fields.Number("port", event.port);
+  row.fields.Number("frame_number", event.frame_number);
+  row.fields.Number("fragments", event.fragments);
+  row.fields.Number("size", event.size);
+  row.fields.Bytes("data", event.data);
   row.TextOrNull("problem", mailbox::Describe(event.problem));
   row.TextOrNull("destination", ethernet.valid ? MacText(ethernet.destination) : "");
   row.TextOrNull("source", ethernet.valid ? MacText(ethernet.source) : "");
@@ -638,8 +639,8 @@ void EventWriter::On(const mailbox::EoeControl& event) {
     return value ? mailbox::IpText(*value) : std::string();
   };
   EventRow row(*output_, EventType::kEoe, event.frame, event.slave);
-  row.json.Text("kind", mailbox::Name(event.type));
-  row.json.Text("direction", mailbox::Name(event.direction));
+  row.fields.Text("kind", mailbox::Name(event.type));
+  row.fields.Text("direction", mailbox::Name(event.direction));
   row.NumberOrNull("result", event.result);
   row.TextOrNull("result_text", event.result ? mailbox::EoeResultText(*event.result) : "");
   row.TextOrNull("mac", ip.mac ? MacText(*ip.mac) : "");
@@ -673,15 +674,15 @@ void EventWriter::On(const mailbox::FoeTransfer& event) {
   if (!output_->Wants(EventType::kFoe, frame, event.slave)) return;
   const bool failed = event.outcome == Outcome::kError;
   EventRow row(*output_, EventType::kFoe, frame, event.slave);
-  row.json.Text("service", event.write ? "write" : "read");
+  row.fields.Text("service", event.write ? "write" : "read");
   row.TextOrNull("file_name", event.file_name);
-  row.json.Number("password", event.password);
-  row.json.Text("outcome", OutcomeName(event.outcome));
-  row.json.Number("size", event.bytes);
-  row.json.Number("packets", event.packets);
-  row.json.Number("repeated_packets", event.repeated_packets);
-  row.json.Number("busy", event.busy);
-  row.json.Number("packet_errors", event.packet_errors);
+  row.fields.Number("password", event.password);
+  row.fields.Text("outcome", OutcomeName(event.outcome));
+  row.fields.Number("size", event.bytes);
+  row.fields.Number("packets", event.packets);
+  row.fields.Number("repeated_packets", event.repeated_packets);
+  row.fields.Number("busy", event.busy);
+  row.fields.Number("packet_errors", event.packet_errors);
   row.Frame("packet_error_frame", event.packet_error);
   row.NumberOrNull("error_code", failed ? std::optional(event.error_code) : std::nullopt);
   const std::string_view meaning = failed ? mailbox::FoeErrorText(event.error_code) : std::string_view();
@@ -693,7 +694,7 @@ void EventWriter::On(const mailbox::FoeTransfer& event) {
   row.Frame("request_frame", event.request);
   row.Frame("last_frame", event.last);
   row.Milliseconds("duration_ms", event.duration);
-  row.json.Text("certainty", Name(event.certainty));
+  row.fields.Text("certainty", Name(event.certainty));
   row.text = event.write ? "write" : "read";
   row.text +=
       event.file_name.empty() ? " of a file whose request was not captured" : " \"" + Printable(event.file_name) + "\"";
@@ -720,16 +721,16 @@ void EventWriter::On(const mailbox::SoeMessage& event) {
   if (!output_->Wants(EventType::kSoe, event.frame, event.slave)) return;
   const std::string_view error = event.error_code ? mailbox::SoeErrorText(*event.error_code) : std::string_view();
   EventRow row(*output_, EventType::kSoe, event.frame, event.slave);
-  row.json.Text("operation", mailbox::Name(event.operation));
-  row.json.Text("direction", mailbox::Name(event.direction));
-  row.json.Number("drive", event.drive);
+  row.fields.Text("operation", mailbox::Name(event.operation));
+  row.fields.Text("direction", mailbox::Name(event.direction));
+  row.fields.Number("drive", event.drive);
   row.NumberOrNull("idn", event.idn_known ? std::optional(event.idn) : std::nullopt);
   row.TextOrNull("idn_name", event.idn_known ? mailbox::IdnName(event.idn) : "");
-  row.json.Number("elements", event.elements);
+  row.fields.Number("elements", event.elements);
   row.TextOrNull("element_names", mailbox::ElementNames(event.elements));
-  row.json.Bytes("data", event.data);
-  row.json.Number("size", event.size);
-  row.json.Number("fragments", event.fragments);
+  row.fields.Bytes("data", event.data);
+  row.fields.Number("size", event.size);
+  row.fields.Number("fragments", event.fragments);
   row.NumberOrNull("error_code", event.error_code);
   row.TextOrNull("error_text", error);
   row.Frame("request_frame", event.request);
@@ -751,21 +752,21 @@ void EventWriter::On(const mailbox::AoeMessage& event) {
   if (!output_->Wants(EventType::kAoe, event.frame, event.slave)) return;
   const mailbox::AdsParameters& ads = event.parameters;
   EventRow row(*output_, EventType::kAoe, event.frame, event.slave);
-  row.json.Text("command", mailbox::Name(event.header.command));
-  row.json.Bool("response", event.header.response());
-  row.json.Text("direction", mailbox::Name(event.direction));
-  row.json.Text("target", mailbox::Text(event.header.target));
-  row.json.Number("target_port", event.header.target_port);
-  row.json.Text("source", mailbox::Text(event.header.source));
-  row.json.Number("source_port", event.header.source_port);
-  row.json.Number("invoke_id", event.header.invoke_id);
-  row.json.Number("error", event.header.error);
+  row.fields.Text("command", mailbox::Name(event.header.command));
+  row.fields.Bool("response", event.header.response());
+  row.fields.Text("direction", mailbox::Name(event.direction));
+  row.fields.Text("target", mailbox::Text(event.header.target));
+  row.fields.Number("target_port", event.header.target_port);
+  row.fields.Text("source", mailbox::Text(event.header.source));
+  row.fields.Number("source_port", event.header.source_port);
+  row.fields.Number("invoke_id", event.header.invoke_id);
+  row.fields.Number("error", event.header.error);
   row.NumberOrNull("index_group", ads.index_group);
   row.NumberOrNull("index_offset", ads.index_offset);
   row.NumberOrNull("read_length", ads.read_length);
   row.NumberOrNull("write_length", ads.write_length);
   row.NumberOrNull("result", ads.result);
-  row.json.Bytes("data", ads.data);
+  row.fields.Bytes("data", ads.data);
   row.Frame("request_frame", event.request);
   row.text = Arrow(event.direction) + " " + mailbox::Name(event.header.command) +
              (event.header.response() ? " response" : " request") + " " + mailbox::Text(event.header.source) + ":" +
@@ -784,10 +785,10 @@ void EventWriter::On(const mailbox::AoeMessage& event) {
 void EventWriter::On(const mailbox::VoeMessage& event) {
   if (!output_->Wants(EventType::kVoe, event.frame, event.slave)) return;
   EventRow row(*output_, EventType::kVoe, event.frame, event.slave);
-  row.json.Text("direction", mailbox::Name(event.direction));
-  row.json.Number("vendor_id", event.vendor_id);
-  row.json.Number("vendor_type", event.vendor_type);
-  row.json.Bytes("data", event.data);
+  row.fields.Text("direction", mailbox::Name(event.direction));
+  row.fields.Number("vendor_id", event.vendor_id);
+  row.fields.Number("vendor_type", event.vendor_type);
+  row.fields.Bytes("data", event.data);
   row.text = Arrow(event.direction) + " vendor " + Hex(event.vendor_id, 8) + ", type " +
              std::to_string(event.vendor_type) + (event.data.empty() ? "" : ": " + ShortHex(event.data));
 }

@@ -1,5 +1,6 @@
 /// The events "pdo-mapping": what the process data of a slave hold, whenever that becomes known or changes.
 #include "cli/stream/event_writer.h"
+#include "cli/stream/json_line.h"
 #include "decoder/base/text.h"
 #include "decoder/base/wrapping.h"
 
@@ -21,8 +22,8 @@ std::uint64_t DigestOf(const model::ProcessLayout& layout) {
   return digest == 0 ? 1 : digest;
 }
 
-void EntriesJson(JsonLine& json, const model::ProcessLayout& layout) {
-  std::string& out = json.Key("entries");
+void AddEntries(RowFields& fields, const model::ProcessLayout& layout) {
+  std::string& out = fields.Json("entries");
   out += '[';
   bool first = true;
   for (const model::Signal& signal : layout.signals) {
@@ -74,18 +75,18 @@ void EventWriter::WriteMapping(SlaveId slave, const FrameRef& frame, device::Pdo
   if (!output_->Wants(EventType::kPdoMapping, frame, slave)) return;
 
   EventRow row(*output_, EventType::kPdoMapping, frame, slave);
-  row.json.Text("direction", rx ? "rx" : "tx");
-  std::string& pdos = row.json.Key("pdos");
+  row.fields.Text("direction", rx ? "rx" : "tx");
+  std::string& pdos = row.fields.Json("pdos");
   pdos += '[';
   for (std::size_t i = 0; i < layout.pdos.size(); ++i) {
     if (i != 0) pdos += ',';
     AppendNumber(pdos, layout.pdos[i]);
   }
   pdos += ']';
-  EntriesJson(row.json, layout);
-  row.json.Number("bytes", layout.bytes());
-  row.json.Text("source", model::Name(layout.source));
-  row.json.Text("certainty", layout.assumed ? "inferred" : "observed");
+  AddEntries(row.fields, layout);
+  row.fields.Number("bytes", layout.bytes());
+  row.fields.Text("source", model::Name(layout.source));
+  row.fields.Text("certainty", layout.assumed ? "inferred" : "observed");
 
   row.text = rx ? "outputs: " : "inputs: ";
   if (layout.pdos.empty()) {

@@ -1,7 +1,7 @@
-/// Rows as JSON Lines: an object for each column, then one for each row.
-
+/// Rows as JSON Lines: an object for each row; those of `signals` come after one for each column.
+#include "cli/stream/json_datagrams.h"
 #include "cli/stream/json_line.h"
-#include "cli/stream/row_sink.h"
+#include "cli/stream/stream_formats.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -73,11 +73,11 @@ void AppendColumn(std::string& out, const SignalColumn& column) {
   line.Close();
 }
 
-class JsonRows final : public RowSink {
+class SignalLines final : public SignalSink {
  public:
-  explicit JsonRows(LineOutput& output) : output_(output) {}
+  explicit SignalLines(LineOutput& output) : output_(output) {}
 
-  void Begin(const RowTable& table) override {
+  void Begin(const SignalTable& table) override {
     table_ = &table;
     for (const SignalColumn& column : table.columns) {
       forms_.push_back(FormOf(column));
@@ -89,7 +89,7 @@ class JsonRows final : public RowSink {
     }
   }
 
-  void Row(const TableRow& row) override {
+  void Row(const SignalRow& row) override {
     std::string& out = output_.buffer();
     JsonLine line(out);
     line.Number("frame", row.frame);
@@ -114,7 +114,7 @@ class JsonRows final : public RowSink {
   }
 
  private:
-  void AppendCell(std::string& out, const TableRow& row, std::size_t number) const {
+  void AppendCell(std::string& out, const SignalRow& row, std::size_t number) const {
     const SignalColumn& column = table_->columns[number];
     const RowCell& cell = row.cells[number];
     if (!cell.has_value()) {
@@ -137,15 +137,83 @@ class JsonRows final : public RowSink {
   }
 
   LineOutput& output_;
-  const RowTable* table_ = nullptr;
+  const SignalTable* table_ = nullptr;
   std::vector<NumberForm> forms_;  ///< by column
   std::vector<std::string> keys_;  ///< by column, as JSON text with a comma before and a colon after it
 };
 
+class EventLines final : public EventSink {
+ public:
+  explicit EventLines(LineOutput& output) : output_(output) {}
+
+  void Begin(const EventTable& /*table*/) override {}
+
+  void Row(const EventRecord& row) override {
+    JsonLine line(output_.buffer());
+    line.Text("event", Name(row.type));
+    NumberOrNull(line, "frame", row.frame.seen() ? std::optional(row.frame.number) : std::nullopt);
+    if (row.since_start_ns) {
+      AppendSeconds(line.Key("time_s"), *row.since_start_ns);
+    } else {
+      line.Null("time_s");
+    }
+    if (const std::string time = row.time.Iso(row.frame); !time.empty()) line.Text("time", time);
+    NumberOrNull(line, "slave", row.slave);
+    NumberOrNull(line, "station_address", row.station);
+    for (const RowField& field : row.fields.all()) AppendField(line, row.fields, field);
+    line.Close();
+    output_.EndLine();
+  }
+
+ private:
+  static void AppendField(JsonLine& line, const RowFields& fields, const RowField& field) {
+    switch (field.kind) {
+      case RowField::Kind::kNull:
+        return line.Null(field.key);
+      case RowField::Kind::kNatural:
+        return line.Number(field.key, field.natural);
+      case RowField::Kind::kInteger:
+        return line.Number(field.key, field.integer);
+      case RowField::Kind::kReal:
+        return AppendJsonNumber(line.Key(field.key), field.real);
+      case RowField::Kind::kBool:
+        return line.Bool(field.key, field.natural != 0);
+      case RowField::Kind::kText:
+        return line.Text(field.key, fields.TextOf(field));
+      case RowField::Kind::kBytes:
+        return line.Bytes(field.key, fields.BytesOf(field));
+      case RowField::Kind::kJson:
+        line.Key(field.key) += fields.TextOf(field);
+        return;
+    }
+  }
+
+  LineOutput& output_;
+};
+
+class DatagramLines final : public DatagramSink {
+ public:
+  explicit DatagramLines(LineOutput& output) : output_(output) {}
+
+  void Begin(const DatagramTable& /*table*/) override {}
+  void Row(const DatagramRow& row) override {
+    objects_.Append(output_.buffer(), row);
+    output_.EndLine();
+  }
+
+ private:
+  LineOutput& output_;
+  DatagramObjects objects_;
+};
+
 }  // namespace
 
-std::unique_ptr<RowSink> MakeJsonRows(LineOutput& output) {
-  return std::make_unique<JsonRows>(output);
+StreamFormat JsonLinesFormat() {
+  return {.output = {"jsonl", ".jsonl"},
+          .help = "jsonl: one JSON object a line",
+          .signals = &MakeRows<SignalSink, SignalLines>,
+          .events = &MakeRows<EventSink, EventLines>,
+          .datagrams = &MakeRows<DatagramSink, DatagramLines>};
 }
 
 }  // namespace ecaudit::cli

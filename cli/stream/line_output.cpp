@@ -1,5 +1,6 @@
 #include "cli/stream/line_output.h"
 
+#include <limits>
 #include <utility>
 
 namespace ecaudit::cli {
@@ -29,19 +30,20 @@ Result<LineOutput> LineOutput::ToFile(const std::string& path) {
   return output;
 }
 
-LineOutput LineOutput::ToFunction(std::function<void(std::string_view)> take) {
+LineOutput LineOutput::ToBuffer() {
   LineOutput output;
-  output.take_ = std::move(take);
-  output.limit_ = 1;
+  output.limit_ = std::numeric_limits<std::size_t>::max();
   return output;
 }
 
+std::string LineOutput::TakeLines() {
+  if (!buffer_.empty()) buffer_.pop_back();
+  std::string lines = buffer_;
+  buffer_.clear();
+  return lines;
+}
+
 void LineOutput::Flush() {
-  if (take_) {
-    if (!buffer_.empty()) take_(std::string_view(buffer_).substr(0, buffer_.size() - 1));
-    buffer_.clear();
-    return;
-  }
   if (!closed_ && !buffer_.empty()) {
     error_ = console_ != nullptr ? console_->Write(buffer_) : file_->Write(buffer_);
     closed_ = error_.has_value() || (console_ != nullptr && console_->reader_gone());

@@ -1,10 +1,8 @@
 /// Where the lines of one format go: standard output or a file, through one large buffer.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "cli/console.h"
 #include "cli/output_file.h"
@@ -16,8 +14,8 @@ class LineOutput {
  public:
   [[nodiscard]] static LineOutput ToConsole(Console& console);
   [[nodiscard]] static Result<LineOutput> ToFile(const std::string& path);
-  /// @param take  gets each line, without its end
-  [[nodiscard]] static LineOutput ToFunction(std::function<void(std::string_view)> take);
+  /// Lines stay until TakeLines().
+  [[nodiscard]] static LineOutput ToBuffer();
 
   /// Lines are appended here.
   [[nodiscard]] std::string& buffer() { return buffer_; }
@@ -26,6 +24,8 @@ class LineOutput {
     buffer_ += '\n';
     if (buffer_.size() >= limit_) Flush();
   }
+  /// The lines since the last call, without the end of the last one.
+  [[nodiscard]] std::string TakeLines();
   /// Nothing written from now on can arrive: the reader has gone, or writing failed.
   [[nodiscard]] bool closed() const { return closed_; }
   /// Hands out the rest; a file appears.
@@ -38,9 +38,8 @@ class LineOutput {
 
   std::string buffer_;
   std::size_t limit_ = 0;
-  Console* console_ = nullptr;  ///< null: a file or a function
+  Console* console_ = nullptr;  ///< null: a file or the buffer
   std::optional<OutputFile> file_;
-  std::function<void(std::string_view)> take_;
   std::optional<Error> error_;
   bool closed_ = false;
 };

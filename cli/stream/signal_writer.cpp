@@ -46,15 +46,6 @@ std::uint64_t KindOf(wire::Command command, std::uint32_t address, std::size_t l
 
 }  // namespace
 
-std::span<const OutputFormat> SignalWriter::Formats() {
-  static const std::vector<OutputFormat> kFormats = [] {
-    std::vector<OutputFormat> formats;
-    for (const RowFormat& format : RowFormats()) formats.push_back(format.output);
-    return formats;
-  }();
-  return kFormats;
-}
-
 const AnalysisOptions& SignalWriter::Adapt(const AnalysisOptions& options) {
   model_options_ = options;
   if (guessed_) model_options_.files = guessed_->files;
@@ -481,7 +472,7 @@ void SignalWriter::OpenSinks() {
     return;
   }
   for (LineTarget& target : context_->targets) {
-    sinks_.push_back(RowFormats()[target.format].make(target.output));
+    sinks_.push_back(StreamFormats::OfSignals().At(target.format).signals(target.output, target.color));
     sinks_.back()->Begin(table_);
   }
 }
@@ -492,7 +483,7 @@ void SignalWriter::WriteRow() {
   }
   const FrameRef& frame = row_.frame();
   const std::string time = context_->time().Iso(frame);
-  const TableRow row{frame.number, context_->source.SinceStart(frame), time, row_.dc_time, cells_, texts_};
+  const SignalRow row{frame.number, context_->source.SinceStart(frame), time, row_.dc_time, cells_, texts_};
   if (options_.sink != nullptr) return options_.sink->Row(row);
   bool open = false;
   for (std::size_t i = 0; i < sinks_.size(); ++i) {

@@ -11,9 +11,9 @@
 
 #include "analyzers/model/bus_model.h"
 #include "analyzers/signals/layout_guess.h"
-#include "cli/stream/row_sink.h"
 #include "cli/stream/row_tape.h"
 #include "cli/stream/signal_columns.h"
+#include "cli/stream/stream_formats.h"
 #include "cli/stream/stream_run.h"
 #include "decoder/track/events.h"
 
@@ -21,17 +21,16 @@ namespace ecaudit::cli {
 
 struct SignalOptions {
   SignalChoice choice;
-  bool changes = false;     ///< rows only where a value differs from the last one shown
-  std::uint64_t every = 1;  ///< of the rows of each kind of frame, the first of every N
-  RowSink* sink = nullptr;  ///< takes the rows in place of the targets' formats; outlives the writer
+  bool changes = false;        ///< rows only where a value differs from the last one shown
+  std::uint64_t every = 1;     ///< of the rows of each kind of frame, the first of every N
+  SignalSink* sink = nullptr;  ///< takes the rows in place of the targets' formats; outlives the writer
 };
 
 class SignalWriter final : public LineWriter {
  public:
   explicit SignalWriter(SignalOptions options) : options_(std::move(options)), columns_(options_.choice) {}
 
-  [[nodiscard]] static std::span<const OutputFormat> Formats();
-  [[nodiscard]] std::span<const OutputFormat> formats() const override { return Formats(); }
+  [[nodiscard]] std::span<const OutputFormat> formats() const override { return StreamFormats::OfSignals().outputs(); }
   [[nodiscard]] Depth depth() const override { return Depth::kSlaves; }
   /// With the places that an earlier pass inferred.
   [[nodiscard]] const AnalysisOptions& Adapt(const AnalysisOptions& options) override;
@@ -135,8 +134,8 @@ class SignalWriter final : public LineWriter {
   std::vector<std::string> texts_;                          ///< likewise, the meaning of words_
   std::vector<std::uint32_t> word_columns_;                 ///< those columns
   std::vector<std::uint8_t> scratch_;
-  RowTable table_;
-  std::vector<std::unique_ptr<RowSink>> sinks_;  ///< by target; none with options_.sink
+  SignalTable table_;
+  std::vector<std::unique_ptr<SignalSink>> sinks_;  ///< by target; none with options_.sink
   std::unordered_map<std::uint64_t, std::uint64_t> rows_of_kind_;
 };
 

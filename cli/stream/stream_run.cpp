@@ -1,7 +1,6 @@
 #include "cli/stream/stream_run.h"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <utility>
 
@@ -15,8 +14,6 @@
 
 namespace ecaudit::cli {
 namespace {
-
-constexpr std::array kFormats{OutputFormat{"text", ".txt"}, OutputFormat{"jsonl", ".jsonl"}};
 
 ExitStatus Interrupted(Console& console, const std::string& message) {
   console.Error(message);
@@ -81,10 +78,6 @@ bool SelectsSlave(std::span<const SlaveSelector> selectors, const track::Network
   return false;
 }
 
-std::span<const OutputFormat> LineWriter::formats() const {
-  return kFormats;
-}
-
 void LineWriter::BeginLearning(Observation&, const StreamContext&) {}
 
 std::optional<Error> LineWriter::EndLearning(Console&) {
@@ -118,15 +111,11 @@ struct StreamRun::Pass {
   Observation observation;
 };
 
-void StreamRun::Declare(OptionSet& options) {
-  Declare(options, kFormats, "text (default) or jsonl: one JSON object a line");
-}
-
-void StreamRun::Declare(OptionSet& options, std::span<const OutputFormat> formats, const std::string& help) {
+void StreamRun::Declare(OptionSet& options, const StreamFormats& formats) {
   capture_.Declare(options);
   options.Group("What to read");
   options.Value("--frames", "A-B", frames_, "only these frames: 743-800, 760, 743- or -800");
-  output_.Declare(options, formats, help);
+  output_.Declare(options, formats.outputs(), formats.Help());
   output_.text.DeclareTime(options);
 }
 

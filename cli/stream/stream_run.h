@@ -15,14 +15,9 @@
 #include "cli/stream/columns.h"
 #include "cli/stream/frame_range.h"
 #include "cli/stream/line_output.h"
+#include "cli/stream/stream_formats.h"
 
 namespace ecaudit::cli {
-
-/// Places in LineWriter::formats(), unless a writer has its own.
-inline constexpr std::size_t kTextLines = 0;
-inline constexpr std::size_t kJsonLines = 1;
-/// Of events, for other writers of this program: the JSON, a tab, and the text that people read.
-inline constexpr std::size_t kJsonAndText = 2;
 
 /// One destination.
 struct LineTarget {
@@ -48,7 +43,7 @@ class LineWriter {
  public:
   virtual ~LineWriter() = default;
   /// What it can write, the default first.
-  [[nodiscard]] virtual std::span<const OutputFormat> formats() const;
+  [[nodiscard]] virtual std::span<const OutputFormat> formats() const = 0;
   /// What it needs to know.
   [[nodiscard]] virtual Depth depth() const = 0;
   /// The analysis as the writer wants it, where that is not as the user set it.
@@ -77,11 +72,7 @@ class LineWriter {
 
 class StreamRun {
  public:
-  /// @param formats  of the writer, the default first
-  /// @param help  their list for readers
-  void Declare(OptionSet& options, std::span<const OutputFormat> formats, const std::string& help);
-  /// The same for writers of text and jsonl.
-  void Declare(OptionSet& options);
+  void Declare(OptionSet& options, const StreamFormats& formats);
   /// Reads the capture and lets `writer` write. What goes wrong is reported on `console`, once.
   [[nodiscard]] ExitStatus Run(Console& console, LineWriter& writer, std::string_view command);
 

@@ -18,47 +18,55 @@ local MOST_DIRECTORY = 64 * 1024 * 1024
 local MOST_FIELDS = 8192
 local MOST_LISTED = 16 * 1024 * 1024
 local MOST_CANDIDATES = 16
+local FEW_SIGNALS = 8          -- up to as many are searched for in a row; else all are read
 local RECHECK = 256            -- frames between two looks at what a filter refers to
 
 local proto = Proto("ecaudit", "ecaudit analysis")
 
+local names = {}  -- by field
+local function Field(kind, name, ...)
+  local field = ProtoField[kind](name, ...)
+  names[field] = name
+  return field
+end
+
 local f = {
-  stale = ProtoField.string("ecaudit.stale", "Side file is not used"),
-  finding = ProtoField.string("ecaudit.finding", "Finding"),
-  finding_id = ProtoField.string("ecaudit.finding.id", "Id"),
-  finding_rule = ProtoField.string("ecaudit.finding.rule", "Rule"),
-  finding_severity = ProtoField.string("ecaudit.finding.severity", "Severity"),
-  finding_slave = ProtoField.string("ecaudit.finding.slave", "Slave"),
-  finding_message = ProtoField.string("ecaudit.finding.message", "Message"),
-  finding_count = ProtoField.double("ecaudit.finding.count", "Times"),
-  finding_cause = ProtoField.string("ecaudit.finding.cause", "Consequence of"),
-  finding_related = ProtoField.string("ecaudit.finding.related", "Related to"),
-  al_state = ProtoField.string("ecaudit.al.state", "AL state"),
-  al_slave = ProtoField.string("ecaudit.al.slave", "Slave"),
-  al_since = ProtoField.framenum("ecaudit.al.since", "Since frame"),
-  al_code = ProtoField.string("ecaudit.al.code", "AL status code"),
-  al_summary = ProtoField.string("ecaudit.al.summary", "AL states"),
-  al_changed = ProtoField.string("ecaudit.al.changed", "AL state changes"),
-  event = ProtoField.string("ecaudit.event", "Event"),
-  event_type = ProtoField.string("ecaudit.event.type", "Type"),
-  event_slave = ProtoField.string("ecaudit.event.slave", "Slave"),
-  sdo = ProtoField.string("ecaudit.sdo", "SDO"),
-  sdo_slave = ProtoField.string("ecaudit.sdo.slave", "Slave"),
-  sdo_service = ProtoField.string("ecaudit.sdo.service", "Service"),
-  sdo_index = ProtoField.uint16("ecaudit.sdo.index", "Index", base.HEX),
-  sdo_subindex = ProtoField.uint8("ecaudit.sdo.subindex", "Subindex"),
-  sdo_value = ProtoField.string("ecaudit.sdo.value", "Value"),
-  sdo_abort = ProtoField.uint32("ecaudit.sdo.abort_code", "Abort code", base.HEX),
-  sdo_request = ProtoField.framenum("ecaudit.sdo.request_frame", "Request in", base.NONE, frametype.REQUEST),
-  sdo_response = ProtoField.framenum("ecaudit.sdo.response_frame", "Response in", base.NONE, frametype.RESPONSE),
-  sdo_duration = ProtoField.double("ecaudit.sdo.duration_ms", "Duration in ms"),
-  dc_phase = ProtoField.double("ecaudit.dc.phase", "Frame after SYNC0 in us"),
-  dc_slave = ProtoField.string("ecaudit.dc.slave", "Slave"),
-  drive_state = ProtoField.string("ecaudit.drive.state", "Drive state"),
-  drive_command = ProtoField.string("ecaudit.drive.command", "Drive command"),
-  signal = ProtoField.string("ecaudit.signal", "Signal"),
-  signal_name = ProtoField.string("ecaudit.signal.name", "Name"),
-  signal_value = ProtoField.double("ecaudit.signal.value", "Value"),
+  stale = Field("string", "ecaudit.stale", "Side file is not used"),
+  finding = Field("string", "ecaudit.finding", "Finding"),
+  finding_id = Field("string", "ecaudit.finding.id", "Id"),
+  finding_rule = Field("string", "ecaudit.finding.rule", "Rule"),
+  finding_severity = Field("string", "ecaudit.finding.severity", "Severity"),
+  finding_slave = Field("string", "ecaudit.finding.slave", "Slave"),
+  finding_message = Field("string", "ecaudit.finding.message", "Message"),
+  finding_count = Field("double", "ecaudit.finding.count", "Times"),
+  finding_cause = Field("string", "ecaudit.finding.cause", "Consequence of"),
+  finding_related = Field("string", "ecaudit.finding.related", "Related to"),
+  al_state = Field("string", "ecaudit.al.state", "AL state"),
+  al_slave = Field("string", "ecaudit.al.slave", "Slave"),
+  al_since = Field("framenum", "ecaudit.al.since", "Since frame"),
+  al_code = Field("string", "ecaudit.al.code", "AL status code"),
+  al_summary = Field("string", "ecaudit.al.summary", "AL states"),
+  al_changed = Field("string", "ecaudit.al.changed", "AL state changes"),
+  event = Field("string", "ecaudit.event", "Event"),
+  event_type = Field("string", "ecaudit.event.type", "Type"),
+  event_slave = Field("string", "ecaudit.event.slave", "Slave"),
+  sdo = Field("string", "ecaudit.sdo", "SDO"),
+  sdo_slave = Field("string", "ecaudit.sdo.slave", "Slave"),
+  sdo_service = Field("string", "ecaudit.sdo.service", "Service"),
+  sdo_index = Field("uint16", "ecaudit.sdo.index", "Index", base.HEX),
+  sdo_subindex = Field("uint8", "ecaudit.sdo.subindex", "Subindex"),
+  sdo_value = Field("string", "ecaudit.sdo.value", "Value"),
+  sdo_abort = Field("uint32", "ecaudit.sdo.abort_code", "Abort code", base.HEX),
+  sdo_request = Field("framenum", "ecaudit.sdo.request_frame", "Request in", base.NONE, frametype.REQUEST),
+  sdo_response = Field("framenum", "ecaudit.sdo.response_frame", "Response in", base.NONE, frametype.RESPONSE),
+  sdo_duration = Field("double", "ecaudit.sdo.duration_ms", "Duration in ms"),
+  dc_phase = Field("double", "ecaudit.dc.phase", "Frame after SYNC0 in us"),
+  dc_slave = Field("string", "ecaudit.dc.slave", "Slave"),
+  drive_state = Field("string", "ecaudit.drive.state", "Drive state"),
+  drive_command = Field("string", "ecaudit.drive.command", "Drive command"),
+  signal = Field("string", "ecaudit.signal", "Signal"),
+  signal_name = Field("string", "ecaudit.signal.name", "Name"),
+  signal_value = Field("double", "ecaudit.signal.value", "Value"),
 }
 
 local arguments = { ... }
@@ -184,8 +192,13 @@ end
 function Side:Take_column(part)
   local number = Natural(part[2])
   if not number or number > 65536 then return end
-  self.columns[number] = { kind = part[3] or "", slave = part[4] or "", name = part[5] or "", unit = part[6] or "",
-                           object = part[7] or "", key = part[8] or "" }
+  local slave, name, unit = part[4] or "", part[5] or "", part[6] or ""
+  self.columns[part[2]] = {
+    kind = part[3] or "", slave = slave, key = part[8] or "",
+    title = (slave ~= "" and slave .. "." or "") .. name,
+    unit = unit ~= "" and " " .. unit or "",
+    shows_unit = unit == "" or string.find(name, "[" .. unit .. "]", 1, true) ~= nil,
+  }
 end
 
 function Side:Take_layout(part)
@@ -193,7 +206,7 @@ function Side:Take_layout(part)
   if not number then return end
   local columns = {}
   for column in string.gmatch(part[3] or "", "%d+") do
-    columns[#columns + 1] = Natural(column)
+    columns[#columns + 1] = column
     if #columns > 65536 then break end
   end
   self.layouts[number] = columns
@@ -253,36 +266,25 @@ function Side:Seek(section, frame)
   if not text then return false end
   local following = low + 1 < section.count and self:IndexEntry(section, low + 1) or nil
   section.at, section.from, section.to = low, begin, following or math.huge
-  section.text, section.place, section.state, section.row, section.done = text, 1, {}, nil, nil
+  section.text, section.place, section.state, section.values, section.row, section.done = text, 1, {}, {}, nil, nil
   section.rows, section.summary, section.sorted = nil, nil, false
   return true
 end
 
--- Where the line at `place` ends, and its frame.
-local function LineAt(text, place)
-  local finish = string.find(text, "\n", place, true)
-  if not finish then return nil end
-  return finish, Natural(string.match(text, "^(%d+)\t", place))
-end
-
--- The lines of a frame in a section whose lines stand for themselves.
+-- The lines of a frame in a section whose lines stand for themselves, without the frame.
 function Side:LinesOf(name, frame)
   local section = self.sections[name]
   if not section or not self:Seek(section, frame) then return nil end
   if not section.rows then
-    local rows, text, place = {}, section.text, 1
-    while place <= #text do
-      local finish, number = LineAt(text, place)
-      if not finish then break end
-      if number then
-        local list = rows[number]
-        if not list then
-          list = {}
-          rows[number] = list
-        end
-        list[#list + 1] = string.sub(text, place, finish - 1)
+    local rows = {}
+    for number, line in string.gmatch(section.text, "(%d+)\t([^\n]*)\n") do
+      number = tonumber(number)
+      local list = rows[number]
+      if list then
+        list[#list + 1] = line
+      else
+        rows[number] = { line }
       end
-      place = finish + 1
     end
     section.rows, section.text = rows, ""
   end
@@ -294,46 +296,51 @@ function Side:Advance(name, frame, apply)
   local section = self.sections[name]
   if not section or not self:Seek(section, frame) then return nil end
   if section.done and section.done > frame then
-    section.place, section.state, section.row, section.summary = 1, {}, nil, nil
+    section.place, section.state, section.values, section.row, section.summary = 1, {}, {}, nil, nil
   end
   section.done = frame
-  local text = section.text
-  while section.place <= #text do
-    local finish, number = LineAt(text, section.place)
+  local text, place = section.text, section.place
+  while place <= #text do
+    local finish = string.find(text, "\n", place, true)
     if not finish then
-      section.place = #text + 1
+      place = #text + 1
       break
     end
+    local number = tonumber(string.match(text, "^(%d+)\t", place))
     if number then
       if number > frame then break end
-      apply(section, number, text, section.place, finish - 1)
+      apply(section, number, string.sub(text, place, finish - 1))
     end
-    section.place = finish + 1
+    place = finish + 1
   end
+  section.place = place
   return section
 end
 
-local function ApplyState(section, frame, text, first, last)
-  local part = Split(string.sub(text, first, last))
-  local slave, states = part[2] or "", section.state
+local function ApplyState(section, frame, line)
+  local part = Split(line)
+  local slave, state, code, states = part[2] or "", part[3] or "?", part[4] or "", section.state
   if not states["=" .. slave] then
     states[#states + 1] = slave
     section.sorted = false
   end
-  states["=" .. slave] = { part[3] or "?", frame, part[4] or "" }
+  states["=" .. slave] = { state = state, since = frame, code = code,
+                           label = slave .. " AL state: " .. state .. (code ~= "" and ", " .. code or "") }
   section.summary = nil
 end
 
-local function ApplyRow(section, frame, text, first, last)
-  local place = string.find(text, "\t", first, true)
-  section.row, section.layout = frame, Natural(string.match(text, "^%d+", place + 1))
-  local state = section.state
-  place = string.find(text, "\t", place + 1, true)
-  while place and place < last do
-    local _, finish, column, value = string.find(text, "^\t(%d+)=([^\t\n]*)", place)
-    if not column then return end
-    state[tonumber(column)] = value
-    place = finish + 1
+local function ApplyRow(section, frame, line)
+  local state, values, few = section.state, section.values, section.few
+  section.row, section.layout = frame, tonumber(string.match(line, "^%d+\t(%d+)"))
+  if not few then
+    for column, text in string.gmatch(line, "\t(%d+)=([^\t]*)") do
+      state[column], values[column] = text, nil
+    end
+    return
+  end
+  for column, begin in pairs(few) do
+    local _, finish = string.find(line, begin, 1, true)
+    if finish then state[column], values[column] = string.match(line, "^[^\t]*", finish + 1), nil end
   end
 end
 
@@ -346,8 +353,8 @@ local function AddSignalField(key, kind, title)
       string.find(key, "^%.") or string.find(key, "%.$") or key == "name" or key == "value" then
     return
   end
-  local make = kind == "n" and ProtoField.double or ProtoField.string
-  local made, field = pcall(make, "ecaudit.signal." .. key, title ~= "" and title or key)
+  local made, field = pcall(Field, kind == "n" and "double" or "string", "ecaudit.signal." .. key,
+                            title ~= "" and title or key)
   if not made then return end
   field_count = field_count + 1
   signal_fields[key] = { field, kind == "n" }
@@ -363,8 +370,7 @@ if IsGiven(given) then
   local side = Side.Open(given)
   if side then
     for _, column in pairs(side.columns) do
-      AddSignalField(column.key, column.kind == "number" and "n" or "s",
-                     (column.slave ~= "" and column.slave .. "." or "") .. column.name)
+      AddSignalField(column.key, column.kind == "number" and "n" or "s", column.title)
     end
     side:Close()
   end
@@ -380,6 +386,8 @@ local stale_expert = ProtoExpert.new("ecaudit.expert.stale", "ecaudit: the side 
                                      expert.group.PROTOCOL, expert.severity.WARN)
 proto.experts = { severities.error, severities.warning, severities.info, stale_expert }
 proto.prefs.side_file = Pref.string("Side file", "", "File of 'ecaudit wireshark'; empty: found by the first frame")
+proto.prefs.only = Pref.string("Only these fields", "", "For tshark -T fields and -V, which build all fields of " ..
+                               "each frame: names between commas, * at the end for any text; empty: all")
 
 -- The capture at hand ----------------------------------------------------------------------------------------------
 
@@ -389,6 +397,7 @@ local why_stale    -- why none is used
 local begun        -- the first frame was seen
 local first_frame  -- its length and time
 local wanted       -- what to show: the fields that are referred to
+local add          -- TreeItem.add: its name is looked up once, for a call into Wireshark is what most items cost
 local looked       -- the last frame
 
 local function Forget()
@@ -465,10 +474,31 @@ local function WhyOther(tvb, pinfo)
   return "frame " .. pinfo.number .. " is not the one that was analysed"
 end
 
+-- A function that returns whether a field is in the list of the preference; nothing when it is empty.
+local function ListedFields()
+  local whole, begins = {}, {}
+  for name in string.gmatch(proto.prefs.only or "", "[^,%s]+") do
+    local begin = string.match(name, "^(.*)%*$")
+    if begin then begins[#begins + 1] = begin else whole[name] = true end
+  end
+  if not next(whole) and #begins == 0 then return nil end
+  return function(field)
+    local name = names[field]
+    if whole[name] then return true end
+    for _, begin in ipairs(begins) do
+      if string.sub(name, 1, #begin) == begin then return true end
+    end
+    return false
+  end
+end
+
 -- What a filter, a column or an open window asks for.
 local function FindWanted(tree)
-  local found = { all = tree.visible, any = false, signals = {} }
+  local found = { all = tree.visible, any = false, signals = {}, plans = {} }
+  -- Of a visible tree Wireshark answers that all fields are referred to.
+  local listed = found.all and ListedFields()
   local function Refers(field)
+    if listed then return listed(field) end
     return found.all or tree:referenced(field)
   end
   local function Group(name, ...)
@@ -487,34 +517,38 @@ local function FindWanted(tree)
   Group("generic", "signal", "signal_name", "signal_value")
   Group("drives", "drive_state", "drive_command")
   found.rows = found.generic or found.drives
+  local chosen = {}
   for number, column in pairs(side.columns) do
     local own = signal_fields[column.key]
     local drive = column.kind == "state" or column.kind == "command"
     if found.generic or (drive and found.drives) or (own and Refers(own[1])) then
       found.signals[number], found.rows, found.any = true, true, true
+      chosen[#chosen + 1] = number
     end
   end
+  if #chosen <= FEW_SIGNALS then
+    table.sort(chosen)
+    found.few, found.few_names = {}, table.concat(chosen, " ")
+    for _, number in ipairs(chosen) do found.few[number] = "\t" .. number .. "=" end
+  end
   return found
-end
-
-local function Add(tree, field, value)
-  return tree:add(field, value):set_generated()
 end
 
 local function AddFindings(tree, pinfo)
   for _, mark in ipairs(side.marks[pinfo.number]) do
     local finding, role = side.findings[mark[1]], mark[2]
     if finding and role == "related" then
-      Add(tree, f.finding_related, finding.id .. " " .. finding.severity .. " " .. finding.rule .. ": " .. finding.title)
+      add(tree, f.finding_related,
+          finding.id .. " " .. finding.severity .. " " .. finding.rule .. ": " .. finding.title)
     elseif finding then
-      local item = Add(tree, f.finding, finding.id .. " " .. finding.title)
-      Add(item, f.finding_id, finding.id)
-      Add(item, f.finding_severity, finding.severity)
-      Add(item, f.finding_rule, finding.rule)
-      Add(item, f.finding_slave, finding.slave)
-      Add(item, f.finding_message, finding.message)
-      Add(item, f.finding_count, finding.count)
-      if finding.cause ~= "" then Add(item, f.finding_cause, finding.cause) end
+      local item = add(tree, f.finding, finding.id .. " " .. finding.title)
+      add(item, f.finding_id, finding.id)
+      add(item, f.finding_severity, finding.severity)
+      add(item, f.finding_rule, finding.rule)
+      add(item, f.finding_slave, finding.slave)
+      add(item, f.finding_message, finding.message)
+      add(item, f.finding_count, finding.count)
+      if finding.cause ~= "" then add(item, f.finding_cause, finding.cause) end
       local kind = severities[finding.severity]
       if role ~= "last" and kind then
         item:add_proto_expert_info(kind, finding.id .. " " .. finding.rule .. ", " .. finding.slave .. ": " ..
@@ -528,7 +562,7 @@ end
 local function Summary(section)
   local counts, names = {}, {}
   for _, slave in ipairs(section.state) do
-    local state = section.state["=" .. slave][1]
+    local state = section.state["=" .. slave].state
     if not counts[state] then names[#names + 1] = state end
     counts[state] = (counts[state] or 0) + 1
   end
@@ -552,115 +586,167 @@ local function AddStates(tree, pinfo)
     section.sorted = true
   end
   section.summary = section.summary or Summary(section)
-  local all = Add(tree, f.al_summary, section.summary)
+  local all = add(tree, f.al_summary, section.summary)
   if not wanted.each_state then return end
+  local number = pinfo.number
   for _, slave in ipairs(section.state) do
     local state = section.state["=" .. slave]
-    local item = Add(all, f.al_state, state[1])
+    local item
     if wanted.all then
-      item:set_text(slave .. " AL state: " .. state[1] .. (state[3] ~= "" and ", " .. state[3] or ""))
+      item = add(all, f.al_state, state.state, state.label)
+    else
+      item = add(all, f.al_state, state.state)
     end
-    Add(item, f.al_slave, slave)
-    if state[2] < 4294967296 then Add(item, f.al_since, state[2]) end
-    if state[3] ~= "" then Add(item, f.al_code, state[3]) end
-    if state[2] == pinfo.number then Add(all, f.al_changed, slave .. " " .. state[1]) end
+    add(item, f.al_slave, slave)
+    if state.since < 4294967296 then add(item, f.al_since, state.since) end
+    if state.code ~= "" then add(item, f.al_code, state.code) end
+    if state.since == number then add(all, f.al_changed, slave .. " " .. state.state) end
   end
 end
 
 local function AddSdo(tree, part)
-  local item = Add(tree, f.sdo, (part[3] ~= "" and part[3] .. " " or "") .. part[4])
+  local item = add(tree, f.sdo, (part[2] ~= "" and part[2] .. " " or "") .. part[3])
   local function Text(field, text)
-    if IsGiven(text) then Add(item, field, text) end
+    if IsGiven(text) then add(item, field, text) end
   end
   local function Number(field, text, first, limit)
     local value = Natural(text)
-    if value and value >= first and value < limit then Add(item, field, value) end
+    if value and value >= first and value < limit then add(item, field, value) end
   end
-  Text(f.sdo_slave, part[3])
-  Text(f.sdo_service, part[5])
-  Number(f.sdo_index, part[6], 0, 65536)
-  Number(f.sdo_subindex, part[7], 0, 256)
-  Text(f.sdo_value, part[12])
-  Number(f.sdo_abort, part[10], 0, 4294967296)
-  Number(f.sdo_request, part[8], 1, 4294967296)
-  Number(f.sdo_response, part[9], 1, 4294967296)
-  local duration = tonumber(part[11] or "")
-  if duration then Add(item, f.sdo_duration, duration) end
+  Text(f.sdo_slave, part[2])
+  Text(f.sdo_service, part[4])
+  Number(f.sdo_index, part[5], 0, 65536)
+  Number(f.sdo_subindex, part[6], 0, 256)
+  Text(f.sdo_value, part[11])
+  Number(f.sdo_abort, part[9], 0, 4294967296)
+  Number(f.sdo_request, part[7], 1, 4294967296)
+  Number(f.sdo_response, part[8], 1, 4294967296)
+  local duration = tonumber(part[10] or "")
+  if duration then add(item, f.sdo_duration, duration) end
 end
 
 local function AddEvents(tree, pinfo)
-  for _, line in ipairs(side:LinesOf("events", pinfo.number) or {}) do
+  local lines = side:LinesOf("events", pinfo.number)
+  if not lines then return end
+  for _, line in ipairs(lines) do
     local part = Split(line)
-    if part[2] == "sdo" and part[4] then
+    if part[1] == "sdo" and part[3] then
       AddSdo(tree, part)
-    elseif part[4] then
-      local item = Add(tree, f.event, (part[3] ~= "" and part[3] .. " " or "") .. part[4])
-      Add(item, f.event_type, part[2])
-      if part[3] ~= "" then Add(item, f.event_slave, part[3]) end
+    elseif part[3] then
+      local item = add(tree, f.event, (part[2] ~= "" and part[2] .. " " or "") .. part[3])
+      add(item, f.event_type, part[1])
+      if part[2] ~= "" then add(item, f.event_slave, part[2]) end
     end
   end
 end
 
 local function AddClocks(tree, pinfo)
-  for _, line in ipairs(side:LinesOf("clocks", pinfo.number) or {}) do
-    local part = Split(line)
-    local ns = tonumber(part[3] or "")
+  local lines = side:LinesOf("clocks", pinfo.number)
+  if not lines then return end
+  for _, line in ipairs(lines) do
+    local slave, ns = string.match(line, "^([^\t]*)\t(-?%d+)$")
     if ns then
-      local item = Add(tree, f.dc_phase, ns / 1000)
+      local us = tonumber(ns) / 1000
+      local item
       if wanted.all then
-        item:set_text(string.format("%s: end of the frame %.3f us after SYNC0", part[2] or "", ns / 1000))
+        item = add(tree, f.dc_phase, us, string.format("%s: end of the frame %.3f us after SYNC0", slave, us))
+      else
+        item = add(tree, f.dc_phase, us)
       end
-      Add(item, f.dc_slave, part[2] or "")
+      add(item, f.dc_slave, slave)
     end
   end
 end
 
-local function AddSignal(tree, column, text)
-  local own = signal_fields[column.key]
-  local value = tonumber(text)
-  local has_own = own and (not own[2] or value)
-  if has_own then
-    -- The field's own name is the title; each call into Wireshark costs, and there are many signals.
-    local item = tree:add(own[1], own[2] and value or text)
-    if wanted.all and column.unit ~= "" then item:append_text(" " .. column.unit) end
-  end
-  if wanted.generic and not (has_own and wanted.all) then
-    local title = (column.slave ~= "" and column.slave .. "." or "") .. column.name
-    local item = Add(tree, f.signal, title .. ": " .. text .. (column.unit ~= "" and " " .. column.unit or ""))
-    Add(item, f.signal_name, title)
-    if value then Add(item, f.signal_value, value) end
-  end
-  local field = column.kind == "state" and f.drive_state or column.kind == "command" and f.drive_command
-  if field and text ~= "?" and wanted.drives then
-    local item = Add(tree, field, text)
-    if wanted.all then
-      item:set_text((column.slave ~= "" and column.slave .. " " or "") ..
-                    (column.kind == "state" and "drive state: " or "drive command: ") .. text)
+-- What to add for the columns of a layout, as far as anything asks for it. A plain column shows its own field and
+-- nothing else: what it adds is kept in the values of the section until the signal changes.
+local function PlanOf(layout)
+  local columns = side.layouts[layout or -1]
+  if not columns then return nil end
+  local plan = { steps = {}, numbers = {}, plain = {} }
+  for _, number in ipairs(columns) do
+    local column = side.columns[number]
+    if column and wanted.signals[number] then
+      local own = signal_fields[column.key]
+      local drive = wanted.drives and
+          (column.kind == "state" and f.drive_state or column.kind == "command" and f.drive_command) or nil
+      local generic = wanted.generic and not (own and wanted.all)
+      local plain = own and not drive and not generic and (column.shows_unit or not wanted.all)
+      local place = #plan.steps + 1
+      plan.steps[place] = { number = number, column = column, own = own and own[1], of_number = own and own[2],
+                            drive = drive, plain = plain }
+      plan.numbers[place] = number
+      plan.plain[place] = plain and own[1] or false
     end
   end
+  wanted.plans[layout] = plan
+  return plan
+end
+
+local function AddDriveWord(tree, step, text)
+  if not wanted.all then return add(tree, step.drive, text) end
+  local column = step.column
+  if column.labelled ~= text then
+    column.labelled = text
+    column.label = (column.slave ~= "" and column.slave .. " " or "") ..
+        (column.kind == "state" and "drive state: " or "drive command: ") .. text
+  end
+  add(tree, step.drive, text, column.label)
+end
+
+local function AddColumn(tree, step, section)
+  local text = section.state[step.number]
+  if not text then return end
+  local column, value = step.column, tonumber(text)
+  local has_own = step.own and (not step.of_number or value)
+  if has_own then
+    local shown = text
+    if step.of_number then shown = value end
+    local item = add(tree, step.own, shown)
+    if step.plain then section.values[step.number] = shown end
+    if wanted.all and not column.shows_unit then item:append_text(column.unit) end
+  end
+  if wanted.generic and not (has_own and wanted.all) then
+    local item = add(tree, f.signal, column.title .. ": " .. text .. column.unit)
+    add(item, f.signal_name, column.title)
+    if value then add(item, f.signal_value, value) end
+  end
+  if step.drive and text ~= "?" then AddDriveWord(tree, step, text) end
 end
 
 local function AddSignals(tree, pinfo)
+  local rows = side.sections.signals
+  if rows and rows.few_names ~= wanted.few_names then
+    -- What was read of the block lacks other signals: it is read again.
+    rows.few, rows.few_names, rows.done = wanted.few, wanted.few_names, math.huge
+  end
   local section = side:Advance("signals", pinfo.number, ApplyRow)
   if not section or section.row ~= pinfo.number then return end
-  local columns = side.layouts[section.layout or -1]
-  if not columns then return end
-  local image = wanted.all and tree:add(proto, "Process data") or tree
-  for _, number in ipairs(columns) do
-    local column, text = side.columns[number], section.state[number]
-    if column and text and wanted.signals[number] then AddSignal(image, column, text) end
+  local plan = wanted.plans[section.layout or -1] or PlanOf(section.layout)
+  if not plan then return end
+  local image = wanted.all and add(tree, proto, "Process data") or tree
+  local values, steps, numbers, plain = section.values, plan.steps, plan.numbers, plan.plain
+  for i = 1, #steps do
+    local field = plain[i]
+    local value = field and values[numbers[i]]
+    if value then
+      add(image, field, value)
+    else
+      AddColumn(image, steps[i], section)
+    end
   end
 end
 
 local function ShowStale(tree, pinfo)
   if pinfo.number ~= 1 and not tree.visible and not tree:referenced(f.stale) then return end
   local text = why_stale .. "; run 'ecaudit wireshark' again"
-  local item = tree:add(proto, "ecaudit: the side file is not used")
-  Add(item, f.stale, text)
+  local item = add(tree, proto, "ecaudit: the side file is not used")
+  add(item, f.stale, text)
   if pinfo.number == 1 then item:add_proto_expert_info(stale_expert, text) end
 end
 
 local function Show(tvb, pinfo, tree, number)
+  add = add or tree.add
   if not begun then
     -- Every capture begins with frame 1.
     if number ~= 1 then return end
@@ -684,7 +770,7 @@ local function Show(tvb, pinfo, tree, number)
   looked = number
   local marked = side.marks[number]
   if not wanted.any and not marked then return end
-  local top = wanted.all and tree:add(proto, "ecaudit analysis") or tree
+  local top = wanted.all and add(tree, proto, "ecaudit analysis"):set_generated() or tree
   if marked then AddFindings(top, pinfo) end
   if wanted.states then AddStates(top, pinfo) end
   if wanted.events then AddEvents(top, pinfo) end
@@ -694,6 +780,10 @@ end
 
 function proto.init()
   Forget()
+end
+
+function proto.prefs_changed()
+  wanted = nil
 end
 
 function proto.dissector(tvb, pinfo, tree)

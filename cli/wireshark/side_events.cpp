@@ -1,36 +1,61 @@
 #include "cli/wireshark/side_events.h"
 
 #include <algorithm>
-#include <utility>
+#include <optional>
+#include <set>
 
-#include <nlohmann/json.hpp>
-
+#include "cli/stream/json_line.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
 namespace {
 
-using Json = nlohmann::json;
-
-std::string TextOf(const Json& event, const char* key) {
-  const auto at = event.find(key);
-  if (at == event.end() || at->is_null()) return {};
-  return SideField(at->is_string() ? at->get<std::string>() : at->dump());
-}
-
 /// "S0", "0x1001", "" for the whole bus: as `signals` names slaves.
-std::string SlaveOf(const Json& event, const SlaveNames& names) {
-  if (const auto position = event.find("slave"); position != event.end() && position->is_number_unsigned()) {
-    return names.Short(position->get<unsigned>());
-  }
-  const auto at = event.find("station_address");
-  if (at == event.end() || !at->is_number_unsigned()) return {};
-  return Hex(at->get<std::uint64_t>());
+std::string SlaveName(const std::optional<SlavePos>& position, const std::optional<StationAddress>& station,
+                      const SlaveNames& names) {
+  if (position) return names.Short(*position);
+  return station ? Hex(*station) : std::string();
 }
 
-FrameNo FrameOf(const Json& event, const char* key) {
-  const auto at = event.find(key);
-  return at != event.end() && at->is_number_unsigned() ? at->get<FrameNo>() : 0;
+/// A value as a field of a line; empty when it is null, or there is none.
+std::string FieldText(const EventRecord& row, std::string_view key) {
+  const RowField* const field = row.fields.Find(key);
+  std::string text;
+  if (field == nullptr) return text;
+  switch (field->kind) {
+    case RowField::Kind::kNull:
+      break;
+    case RowField::Kind::kNatural:
+      AppendNumber(text, field->natural);
+      break;
+    case RowField::Kind::kInteger:
+      AppendNumber(text, field->integer);
+      break;
+    case RowField::Kind::kReal:
+      AppendJsonNumber(text, field->real);
+      break;
+    case RowField::Kind::kBool:
+      text = field->natural != 0 ? "true" : "false";
+      break;
+    case RowField::Kind::kBytes:
+      AppendHexBytes(text, row.fields.BytesOf(*field));
+      break;
+    case RowField::Kind::kText:
+    case RowField::Kind::kJson:
+      return SideField(row.fields.TextOf(*field));
+  }
+  return text;
+}
+
+bool IsTrue(const EventRecord& row, std::string_view key) {
+  const RowField* const field = row.fields.Find(key);
+  return field != nullptr && field->kind == RowField::Kind::kBool && field->natural != 0;
+}
+
+/// 0: not in the capture.
+FrameNo FrameOf(const EventRecord& row, std::string_view key) {
+  const RowField* const field = row.fields.Find(key);
+  return field != nullptr && field->kind == RowField::Kind::kNatural ? field->natural : 0;
 }
 
 }  // namespace
@@ -55,9 +80,7 @@ void SideOrder::WriteFirst() {
 }
 
 void SideOrder::Write(FrameNo frame, std::string_view line) {
-  if (frame != written_) side_.EndFrame(section_);
-  if (side_.begins_block(section_)) side_.BeginBlock(section_, frame);
-  side_.Line(section_, line);
+  write_(frame, line);
   written_ = frame;
 }
 
@@ -65,52 +88,51 @@ void SideOrder::End() {
   while (!waiting_.empty()) WriteFirst();
 }
 
-void SideEvents::Take(std::string_view line) {
-  const std::size_t tab = line.find('\t');
-  if (tab == std::string_view::npos) return;
-  const Json event = Json::parse(line.substr(0, tab), nullptr, false);
-  if (!event.is_object()) return;
-  const std::string text = SideField(line.substr(tab + 1));
-  const FrameNo frame = FrameOf(event, "frame");
-  const std::string type = TextOf(event, "event");
-  const std::string slave = SlaveOf(event, names_);
+void SideEvents::Row(const EventRecord& row) {
+  const FrameNo frame = row.frame.number;
+  const std::string slave = SlaveName(row.slave, row.station, names_);
   const std::string number = std::to_string(frame);
-  if (type == "al-state") {
-    const std::string state = TextOf(event, "state");
-    const bool error = TextOf(event, "error") == "true";
-    TakeState(frame, slave,
-              number + '\t' + slave + '\t' + (state.empty() ? "?" : state + (error ? "+ERR" : "")) + '\t' +
-                  TextOf(event, "status_code_text"));
+  if (row.type == EventType::kAlState) {
+    const std::string state = FieldText(row, "state");
+    states_.Add(frame, number + '\t' + slave + '\t' +
+                           (state.empty() ? "?" : state + (IsTrue(row, "error") ? "+ERR" : "")) + '\t' +
+                           FieldText(row, "status_code_text"));
   }
-  std::string row = '\t' + type + '\t' + slave + '\t' + text;
-  if (type != "sdo") {
-    sdo_and_others_.Add(frame, number + row);
+  std::string rest = '\t' + std::string(Name(row.type)) + '\t' + slave + '\t' + SideField(row.text);
+  if (row.type != EventType::kSdo) {
+    sdo_and_others_.Add(frame, number + rest);
     return;
   }
-  const FrameNo request = FrameOf(event, "request_frame");
-  const FrameNo response = FrameOf(event, "response_frame");
   for (const char* key :
        {"service", "index", "subindex", "request_frame", "response_frame", "abort_code", "duration_ms", "text"}) {
-    row += '\t' + TextOf(event, key);
+    rest += '\t' + FieldText(row, key);
   }
-  for (const FrameNo at : std::set<FrameNo>{frame, request, response}) {
-    if (at != 0) sdo_and_others_.Add(at, std::to_string(at) + row);
+  // Once in each of its frames.
+  for (const FrameNo at : std::set<FrameNo>{frame, FrameOf(row, "request_frame"), FrameOf(row, "response_frame")}) {
+    sdo_and_others_.Add(at, std::to_string(at) + rest);
   }
 }
 
-void SideEvents::TakeState(FrameNo frame, const std::string& slave, std::string row) {
-  if (frame < last_state_) {
-    ++states_too_late_;
-    return;
-  }
-  if (frame != last_state_) side_.EndFrame(SideSection::kAl);
-  last_state_ = frame;
+void SideEvents::Write(SideSection section, FrameNo frame, std::string_view line) {
+  FrameNo& written = written_[static_cast<std::size_t>(section)];
+  if (frame != written) side_.EndFrame(section);
+  if (side_.begins_block(section)) side_.BeginBlock(section, frame);
+  side_.Line(section, line);
+  written = frame;
+}
+
+void SideEvents::WriteState(FrameNo frame, std::string_view line) {
+  FrameNo& written = written_[static_cast<std::size_t>(SideSection::kAl)];
+  if (frame != written) side_.EndFrame(SideSection::kAl);
   if (side_.begins_block(SideSection::kAl)) {
     side_.BeginBlock(SideSection::kAl, frame);
-    for (const auto& [name, last] : states_) side_.Context(SideSection::kAl, last);
+    for (const auto& [slave, last] : last_state_lines_) side_.Context(SideSection::kAl, last);
   }
-  side_.Line(SideSection::kAl, row);
-  states_[slave] = std::move(row);
+  side_.Line(SideSection::kAl, line);
+  written = frame;
+  const std::size_t slave = line.find('\t') + 1;
+  last_state_lines_.insert_or_assign(std::string(line.substr(slave, line.find('\t', slave) - slave)),
+                                     std::string(line));
 }
 
 void SideEvents::On(const sync::PhaseMeasured& event) {
@@ -119,12 +141,14 @@ void SideEvents::On(const sync::PhaseMeasured& event) {
   const SlavePos* const position = address.position.if_known();
   const StationAddress* const station = address.station.if_known();
   if (position == nullptr && station == nullptr) return;
-  const std::string slave = position != nullptr ? names_.Short(*position) : Hex(*station);
+  const std::string slave = SlaveName(position != nullptr ? std::optional(*position) : std::nullopt,
+                                      station != nullptr ? std::optional(*station) : std::nullopt, names_);
   clocks_.Add(event.frame.number,
               std::to_string(event.frame.number) + '\t' + slave + '\t' + std::to_string(event.phase));
 }
 
 void SideEvents::End() {
+  states_.End();
   sdo_and_others_.End();
   clocks_.End();
 }

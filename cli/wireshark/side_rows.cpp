@@ -47,7 +47,7 @@ std::string FieldWord(std::string_view name) {
   return word;
 }
 
-void SideRows::Begin(const RowTable& table) {
+void SideRows::Begin(const SignalTable& table) {
   columns_ = table.columns;
   shown_.assign(columns_.size(), {});
   std::set<std::string> keys;
@@ -71,7 +71,7 @@ void SideRows::Begin(const RowTable& table) {
   }
 }
 
-std::size_t SideRows::LayoutOf(const TableRow& row) {
+std::size_t SideRows::LayoutOf(const SignalRow& row) {
   present_.clear();
   for (std::uint32_t i = 0; i < row.cells.size(); ++i) {
     if (row.cells[i].has_value()) present_.push_back(i);
@@ -91,7 +91,7 @@ std::size_t SideRows::LayoutOf(const TableRow& row) {
   return last_layout_ = at->second;
 }
 
-void SideRows::Row(const TableRow& row) {
+void SideRows::Row(const SignalRow& row) {
   const std::size_t layout = LayoutOf(row);
   if (present_.empty() || layout >= kMostLayouts) return;
   if (side_.begins_block(SideSection::kSignals)) {
@@ -118,7 +118,7 @@ void SideRows::Row(const TableRow& row) {
   ++rows_;
 }
 
-void SideRows::AppendCell(std::string& out, const TableRow& row, std::size_t number) const {
+void SideRows::AppendCell(std::string& out, const SignalRow& row, std::size_t number) const {
   const SignalColumn& column = columns_[number];
   const RowCell& cell = row.cells[number];
   if (cell.content == RowCell::Content::kBytes) {

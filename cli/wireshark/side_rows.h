@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/stream/row_sink.h"
+#include "cli/stream/signal_rows.h"
 #include "cli/wireshark/side_file.h"
 
 namespace ecaudit::cli {
@@ -19,19 +19,19 @@ struct SignalField {
   std::string title;  ///< "S0.Status word"
 };
 
-class SideRows final : public RowSink {
+class SideRows final : public SignalSink {
  public:
   /// @param fields  receives those of the columns
   SideRows(SideFile& side, std::vector<SignalField>& fields) : side_(side), fields_(fields) {}
 
-  void Begin(const RowTable& table) override;
-  void Row(const TableRow& row) override;
+  void Begin(const SignalTable& table) override;
+  void Row(const SignalRow& row) override;
 
   [[nodiscard]] std::uint64_t rows() const { return rows_; }
 
  private:
-  [[nodiscard]] std::size_t LayoutOf(const TableRow& row);
-  void AppendCell(std::string& out, const TableRow& row, std::size_t column) const;
+  [[nodiscard]] std::size_t LayoutOf(const SignalRow& row);
+  void AppendCell(std::string& out, const SignalRow& row, std::size_t column) const;
 
   SideFile& side_;
   std::vector<SignalField>& fields_;

@@ -275,17 +275,13 @@ std::optional<Error> SideRun::WriteEvents(Console& console, const Plan& plan, Si
   if (!types) return types.error();
   Observation observation(plan.settings.analysis, Depth::kClocks);
   SideEvents events(side, observation.pipeline().network(), plan.settings.analysis.slave_names);
-  std::vector<LineTarget> targets;
-  targets.push_back(
-      {kJsonAndText, false, LineOutput::ToFunction([&events](std::string_view line) { events.Take(line); })});
-  const StreamContext context{source, plan.settings, plan.range, targets, report::TimeMode::kRelative};
-  EventWriter writer(*types);
+  const StreamContext context{source, plan.settings, plan.range, {}, report::TimeMode::kRelative};
+  EventWriter writer(*types, &events);
   writer.Begin(observation, context);
   observation.bus().Listen<sync::PhaseMeasured>(Stage::kAfterModel, events, &SideEvents::On);
   Progress progress(console, std::filesystem::path(plan.name).filename().string() + ", events");
   RunShown(observation, source, progress);
   writer.End();
-  events.End();
   if (events.too_late() > 0) {
     console.Warning(Count(events.too_late(), "event") + " became known too late for the side file; 'ecaudit events' " +
                     "shows them");

@@ -1,4 +1,4 @@
-"""Adds a rule, an event, a collector, a family, a format of reports, one of rows and a command to a copy of the tree by the steps of
+"""Adds a rule, an event, a collector, a family, a format of reports, one of streams and a command to a copy of the tree by the steps of
 docs/architecture.md ("Where things go") and nothing else, builds it, and looks whether each is there.
 
 usage: extend.py SOURCE_DIR WORK_DIR COMPILER
@@ -23,10 +23,8 @@ LINES = [
     ("cli/report/formats.cpp", '    Format{"sarif", ".sarif", &WriteSarifOf, &WriteSarifPlain, false, nullptr, true},',
      '    Format{"count", ".txt", &WriteCount, nullptr},'),
     ("cli/CMakeLists.txt", "  stream/columns.cpp", "  stream/count_rows.cpp"),
-    ("cli/stream/row_sink.h", "[[nodiscard]] std::unique_ptr<RowSink> MakeCsvRows(LineOutput& output);",
-     "[[nodiscard]] std::unique_ptr<RowSink> MakeCountRows(LineOutput& output);"),
-    ("cli/stream/row_formats.cpp", '    RowFormat{{"csv", ".csv"}, "csv", &MakeCsvRows},',
-     '    RowFormat{{"count", ".txt"}, "count: their number", &MakeCountRows},'),
+    ("cli/stream/stream_formats.h", "[[nodiscard]] StreamFormat CsvFormat();", "[[nodiscard]] StreamFormat CountFormat();"),
+    ("cli/stream/stream_formats.cpp", "      CsvFormat(),", "      CountFormat(),"),
     ("cli/CMakeLists.txt", "  commands/explain.cpp", "  commands/greet.cpp"),
     ("cli/commands/command.h", "[[nodiscard]] std::unique_ptr<Command> MakeExplainCommand();",
      "std::unique_ptr<Command> MakeGreetCommand();"),
@@ -82,7 +80,11 @@ def main() -> None:
         ("collector", " broadcasts", text),
         ("family", "sample-drive", run(program, "profiles")),
         ("format", "1 finding in 1 capture", run(program, "check", "--format", "count", capture)),
-        ("stream format", " rows of ", run(program, "signals", "--format", "count", capture)),
+        ("stream format of signals", " rows of ", run(program, "signals", "--format", "count", capture)),
+        ("stream format of events", " events", run(program, "events", "--format", "count", capture)),
+        ("stream format of decode", " datagrams", run(program, "decode", "--format", "count", capture)),
+        ("stream format in help", "count: their number", run(program, "help", "decode")),
+        ("stream format in completion", "count", run(program, "completion", "bash")),
         ("command", "hello", run(program, "greet")),
     ]
     missing = [f"{what}: {word!r} is not in\n{out}" for what, word, out in wanted if word not in out]

@@ -1,5 +1,7 @@
 """`ecaudit decode`: one line a datagram."""
+import csv
 import gzip
+import io
 import json
 import os
 import pty
@@ -37,6 +39,22 @@ class DecodeJson(Decode):
         self.assertEqual(list(row), KEYS[:8] + ["logical"] + KEYS[8:])
         self.assertEqual((row["command"], row["logical"], row["slave"], row["register"]), ("LRW", 0x10000, None, None))
         self.assertEqual((row["data"], row["wkc"]), ("010204", 3))
+
+    def test_csv_has_the_values_of_json(self):
+        captures = [self.faulty] + [str(SOURCE / "samples" / "captures" / f"{name}.pcapng")
+                                    for name in ("drive-fault", "sdo-aborts", "clean-mixed-bus")]
+        for capture in captures:
+            with self.subTest(capture):
+                rows = self.rows(capture)
+                table = list(csv.DictReader(io.StringIO(self.decode("--format", "csv", capture).out)))
+                self.assertEqual(len(table), len(rows))
+                for cells, row in zip(table, rows):
+                    self.assertEqual(float(cells.pop("time_s")), row["time_s"])
+                    row.setdefault("logical", None)
+                    self.assertEqual(cells, {key: "" if row[key] is None else str(row[key]) for key in cells})
+        clock = self.decode("--format", "csv", "--time", "utc", self.faulty).out.splitlines()
+        self.assertTrue(clock[0].startswith("time,frame,"), clock[0])
+        self.assertRegex(clock[1], r"^\d{4}-\d\d-\d\dT[0-9:.]+Z,1,0,")
 
     def test_values_of_one_exchange(self):
         rows = self.rows(self.faulty)

@@ -1,5 +1,7 @@
 """`ecaudit events`: what was reconstructed, one event a line."""
+import csv
 import gzip
+import io
 import json
 import struct
 import subprocess
@@ -81,6 +83,31 @@ class EventBasics(Events):
         text = self.events("--type", "al-request,al-state", self.faulty).out
         self.assertIn("OP requested", text)
         self.assertIn("INIT -> INIT+ERR", text)
+
+    def test_csv_has_the_events_of_json_and_their_text(self):
+        captures = [self.faulty] + [str(SOURCE / "samples" / "captures" / f"{name}.pcapng")
+                                    for name in ("drive-fault", "sdo-aborts")]
+        for capture in captures:
+            with self.subTest(capture):
+                choice = ("--type", "register-write,al-state,sdo,drive-state,emergency", capture)
+                table = list(csv.DictReader(io.StringIO(self.events("--format", "csv", *choice).out)))
+                keys = ("frame", "slave", "station_address", "event")
+                self.assertEqual([[cells[key] for key in keys] for cells in table],
+                                 [["" if row[key] is None else str(row[key]) for key in keys]
+                                  for row in self.rows(*choice)])
+                lines = self.events(*choice).out.splitlines()[1:]
+                self.assertEqual(len(table), len(lines))
+                for cells, line in zip(table, lines):
+                    self.assertTrue(line.endswith(cells["text"]), (line, cells))
+
+    def test_formats_are_listed_and_unknown_ones_refused(self):
+        for command, names in (("events", "text, csv, jsonl"), ("decode", "text, csv, jsonl"), ("signals", "csv, jsonl")):
+            with self.subTest(command):
+                self.assertIn(f"unknown format 'wide' ({names})", self.one_error(command, "--format", "wide", self.faulty))
+                self.assertIn(f"unknown format 'wide' ({names})", self.one_error(command, "-o", "wide=x", self.faulty))
+                listed = self.run_program("help", command).out.split("--format FORMAT")[1].splitlines()[0]
+                for name in names.split(", "):
+                    self.assertRegex(listed, rf"\b{name}\b")
 
     def test_register_writes(self):
         rows = self.rows("--type", "register-write", self.faulty)

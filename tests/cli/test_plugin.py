@@ -149,6 +149,58 @@ class PluginInWireshark(PluginTest):
         self.assertIn("Errors (2)", table)
         self.assertIn("f1 emcy-received, slave 0 (0x1001): Emergency 0x7305", table)
 
+    def test_only_the_listed_fields_are_built(self):
+        capture = self.side_of(SAMPLES / "drive-fault.pcapng")
+        names = ("ecaudit.signal.s0.status_word", "ecaudit.al.state", "ecaudit.al.summary", "ecaudit.drive.state",
+                 "ecaudit.signal.s0.control_word", "ecaudit.sdo", "ecaudit.finding.rule")
+        whole = self.fields(capture, *names)
+        self.assertTrue(all(any(row[column] for row in whole) for column in range(len(names) + 1)), whole)
+        for listed, kept in (("ecaudit.signal.s0.status_word", {1}), ("ecaudit.al.*, ecaudit.signal.s0.c*", {2, 3, 5}),
+                             ("ecaudit.drive.state,ecaudit.sdo", {4, 6}), ("none", set())):
+            with self.subTest(listed):
+                arguments = ["-o", f"ecaudit.only:{listed}", "-T", "fields", "-e", "frame.number"]
+                for name in names:
+                    arguments += ["-e", name]
+                rows = [line.split("\t") for line in self.tshark(capture, *arguments).splitlines()]
+                self.assertEqual(len(rows), len(whole))
+                for column in kept | {7}:  # findings are few
+                    self.assertEqual([row[column] for row in rows], [row[column] for row in whole], names[column - 1])
+                for column in {2, 6} - kept:
+                    self.assertEqual({row[column] for row in rows}, {""}, names[column - 1])
+
+    def test_a_filter_and_an_open_tree_show_the_same(self):
+        capture = self.side_of(SAMPLES / "drive-fault.pcapng")
+        name = "ecaudit.signal.s0.status_word"
+        values = {(row[0], row[1]) for row in self.fields(capture, name) if row[1]}
+        self.assertGreater(len({value for _, value in values}), 3)
+        for value in sorted({value for _, value in values}):
+            shown = self.tshark(capture, "-Y", f"{name} == {value}").splitlines()
+            self.assertEqual([line.split()[0] for line in shown],
+                             sorted((frame for frame, other in values if other == value), key=int), value)
+
+    def test_column_profile_and_colour_filters(self):
+        capture = self.side_of(SAMPLES / "drive-fault.pcapng", "--install")
+
+        def installed(*arguments):
+            done = subprocess.run(["tshark", "-C", "ecaudit", "-r", str(capture), *arguments], capture_output=True,
+                                  text=True, timeout=300, env=self.environment)
+            self.assertEqual([line for line in done.stderr.splitlines() if "Running as" not in line], [])
+            return done.stdout.splitlines()
+
+        lines = installed()
+        self.assertEqual(len(lines), 404)
+        # The columns between source and info: AL state, drive state, SDO, finding.
+        for text in (" OP ", " Operation enabled ", " Fault ", " S0 ", " f1 Emergency 0x7305"):
+            self.assertTrue(any(text in line for line in lines), text)
+        found = {}
+        for line in (SOURCE / "cli" / "wireshark" / "colorfilters").read_text().splitlines():
+            title, expression = line.split("@")[1:3]
+            found[title] = installed("-Y", expression, "-T", "fields", "-e", "frame.number")
+        self.assertEqual(found["ecaudit: stale side file"], [])
+        self.assertEqual(found["ecaudit: error"], ["292", "296"])
+        for title in ("ecaudit: error", "ecaudit: drive in Fault", "ecaudit: SDO", "ecaudit: AL state changes"):
+            self.assertTrue(found[title], title)
+
     def test_stale_side_file_is_reported_and_not_used(self):
         capture = self.side_of(SAMPLES / "drive-fault.pcapng")
         shutil.copy(SAMPLES / "sdo-aborts.pcapng", self.dir / "drive-fault.pcapng")

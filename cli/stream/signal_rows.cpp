@@ -1,34 +1,12 @@
-#include <array>
+#include "cli/stream/signal_rows.h"
+
 #include <cmath>
 #include <variant>
 
 #include "analyzers/signals/signal_value.h"
 #include "cli/stream/json_line.h"
-#include "cli/stream/row_sink.h"
 
 namespace ecaudit::cli {
-namespace {
-
-constexpr std::array kRowFormats{
-    RowFormat{{"csv", ".csv"}, "csv", &MakeCsvRows},
-    RowFormat{{"jsonl", ".jsonl"}, "jsonl: one JSON object a line", &MakeJsonRows},
-};
-
-}  // namespace
-
-std::span<const RowFormat> RowFormats() {
-  return kRowFormats;
-}
-
-std::string RowFormatsHelp() {
-  std::string help;
-  for (std::size_t i = 0; i < kRowFormats.size(); ++i) {
-    help += i == 0 ? "" : i + 1 < kRowFormats.size() ? ", " : " or ";
-    help += kRowFormats[i].help;
-    if (i == 0) help += " (default)";
-  }
-  return help;
-}
 
 NumberForm FormOf(const SignalColumn& column) {
   if (column.kind != ColumnKind::kSignal || column.divisor != 1.0) return NumberForm::kOther;
