@@ -88,10 +88,8 @@ CycleSummary IntervalStatistics::Summary() const {
   summary.longest_from = longest_from_;
   summary.longest_to = longest_to_;
 
-  std::size_t used = 0;
   for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
     if (bins_[bin] == 0) continue;
-    ++used;
     const TimeNs middle = Middle(bin);
     // Stamps may hold anything: a median of centuries has no triple.
     if (median > 0 && middle - median > median / 2)
