@@ -134,7 +134,19 @@ inline constexpr NoteKind kSyncTypeRejected{"sync-type-rejected",
 inline constexpr NoteKind kRateDiffers{
     "rate-differs",
     "Process data come every {rate_us}, but the SYNC0 cycle (0x09A0) is {cycle_us}.[{?one_per_cycle} The slave needs "
-    "one frame in each cycle.][{!one_per_cycle} Neither is a multiple of the other.] This may be the reason."};
+    "one frame in each cycle.][{!one_per_cycle}[ {empty} of {pulses} SYNC0 intervals have no frame.][{!pulses} Neither "
+    "is a multiple of the other.]] This may be the reason."};
+inline constexpr NoteKind kIntervalsMissed{"sync0-intervals-missed",
+                                           "Of {intervals} between two SYNC0 pulses ({cycle_us}), {empty} had no frame "
+                                           "with process data and {doubled} had two: "
+                                           "{share}.[ The longest run without a frame is {longest}.] This may be the "
+                                           "reason: let the cycle of the master follow "
+                                           "the DC time."};
+inline constexpr NoteKind kAtPulse{
+    "at-sync0-pulse",
+    "Of {arrived} with process data, {at_pulse} arrived at the SYNC0 pulse (within {uncertainty_us}): the slave may "
+    "take "
+    "them before it or after it. This may be the reason: shift SYNC0 to the middle between two frames."};
 inline constexpr NoteKind kEepromHeld{
     "eeprom-held",
     "The master holds the EEPROM[ since {since}]: bit 0 of 0x0500 is 0. The processor of the slave needs it at this "
@@ -172,6 +184,8 @@ inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,
                                              &kSyncTypeDiffers,
                                              &kSyncTypeRejected,
                                              &kRateDiffers,
+                                             &kIntervalsMissed,
+                                             &kAtPulse,
                                              &kEepromHeld,
                                              &kModuleDiffers,
                                              &kModuleCountDiffers,

@@ -148,6 +148,7 @@ class SyncModel final {
   void MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& time, const Interval& interval);
   void MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand);
   void MeasureAnyPhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand, std::int64_t way);
+  void MeasureInSafeop(SlaveId id, Slave& slave, const FrameAtHand& at_hand, bool counts);
   void ReadStatusWords(const track::LogicalAccess& access);
   /// Frames with outputs between the last one of the watch and the frame at hand.
   [[nodiscard]] std::uint64_t UnreturnedSince(SlaveId id, const OutputWatch& watch) const {
