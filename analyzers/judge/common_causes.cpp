@@ -46,13 +46,6 @@ std::int64_t StateOf(const Finding& finding, std::string_view name) {
   return NumberOf(finding, name).value_or(0);
 }
 
-/// The first frame of what the finding is about: one that it names before its own.
-FrameNo BegunBy(const Finding& finding) {
-  FrameNo first = finding.first.number;
-  for (const FrameNo frame : finding.related_frames) first = std::min(first, frame);
-  return first;
-}
-
 /// When the effect began: after the last read that showed the slave well (0: no such read is known), and not later
 /// than the frame that shows it.
 struct Moment {
@@ -559,8 +552,8 @@ void JoinConsequences(RuleContext& context) {
         if (of_bus_cause && !TouchesLookBefore(context, moment, cause)) continue;
         const bool weaker = cause.severity == Severity::kWarning && IsError(effect) && !law.by_warning;
         if (cause.severity == Severity::kInfo || weaker) continue;
-        // What began when the effect was over did not bring it.
-        const FrameNo over = law.within == kWhileItLasts ? effect.until : effect.last.number;
+        // What began after the effect did not bring it.
+        const FrameNo over = law.within == kWhileItLasts ? effect.until : effect.first.number;
         if (law.within < 0 && BegunBy(cause) > over) continue;
         if (law.within >= 0 && !Follows(context, effect.slave, moment, cause, law.within)) continue;
         if (law.fits != nullptr && !law.fits(effect, cause)) continue;

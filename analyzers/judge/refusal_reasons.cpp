@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <utility>
@@ -47,6 +48,7 @@ struct Case {
     if (!dc.activation()) return std::nullopt;
     return dc.activation()->active() && dc.activation()->sync0();
   }
+  [[nodiscard]] bool sync1() const { return dc.activation() && dc.activation()->sync1(); }
   [[nodiscard]] std::optional<std::uint32_t> sync0_cycle_ns() const {
     return state.registers.Value<std::uint32_t>(esc::kSync0Cycle);
   }
@@ -116,6 +118,8 @@ constexpr Word kWhyRxUnassigned{"rx-unassigned", "1C12h assigns no PDO"};
 constexpr Word kWhyTxUnassigned{"tx-unassigned", "1C13h assigns no PDO"};
 constexpr Word kWhySyncTypeDiffers{"sync-type-differs", "1C32h:1 does not fit 0x0981"};
 constexpr Word kWhyRateDiffers{"rate-differs", "cycle differs from SYNC0"};
+constexpr Word kWhyIntervalsMissed{"sync0-intervals-missed", "process data irregular against SYNC0"};
+constexpr Word kWhyAtPulse{"at-sync0-pulse", "process data arrive at the SYNC0 pulse"};
 constexpr Word kWhyEepromHeld{"eeprom-held", "the master holds the EEPROM"};
 constexpr Word kWhyOutputsUnseen{"sm2-unseen", "SM2 was never set"};
 constexpr Word kWhyInputsUnseen{"sm3-unseen", "SM3 was never set"};
@@ -536,6 +540,7 @@ constexpr Word kSyncActive{"sync-active", "SYNC0 is active (0x0981)"};
 constexpr Word kSyncInactive{"sync-inactive", "SYNC0 is off (0x0981)"};
 constexpr Word kSyncCycle{"sync-cycle", "the SYNC0 cycle (0x09A0)"};
 constexpr Word kSyncTypes{"sync-types", "the synchronisation type (1C32h:1) against 0x0981"};
+constexpr Word kArrival{"arrival", "one frame with process data in each SYNC0 interval"};
 constexpr Word kRate{"rate", "the cycle of the process data against SYNC0"};
 
 void CheckLeftOn(const Case& of, Outcome& found) {
@@ -697,27 +702,71 @@ void CheckTypeRejected(const Case& of, Outcome& found) {
              {"type", arg::Number(static_cast<std::int64_t>(value->raw), sync::Name(type))}});
 }
 
+/// A slave counts what it misses before it leaves OP. One that ran for long did not leave because of its rhythm.
+bool HadNoTimeToShow(const Case& of) {
+  constexpr FrameNo kShortly = 1000;
+  if (of.refusal.requested != 0) return of.Counts(of.sync_changed());
+  return of.refusal.shown <= of.refusal.held_since + kShortly;
+}
+
 void CheckRate(const Case& of, Outcome& found) {
   const auto cycle = of.sync0_cycle_ns();
   const sync::CyclicImage* image = of.context.sync().outputs(of.refusal.slave).image;
   if (!of.sync0().value_or(false) || !cycle || *cycle == 0 || image == nullptr || !image->has_nominal()) return;
   if (!of.Applied(of.sync_changed())) return;
   const auto expected = static_cast<TimeNs>(*cycle);
-  const auto observed = static_cast<double>(image->nominal_ns);
-  const bool fits = CycleDeviation(of.model, observed, expected) <= kCycleTolerance;
-  // Many slaves work with several pulses for one frame. Several frames for one pulse are unusual: the slave uses one of
-  // them, and its code is about the cycle.
-  const bool several = observed < static_cast<double>(expected) * (1 - kCycleTolerance);
-  if (fits && !several) {
-    found.Right(kRate);
-    return;
-  }
-  if (!of.Counts(of.sync_changed()) || (fits && !found.none())) return;
+  const auto cycles = static_cast<double>(image->nominal_ns) / static_cast<double>(expected);
   Arguments arguments{{"rate_us", arg::Us(image->nominal_ns)},
                       {"cycle_us", arg::Us(expected)},
                       {"one_per_cycle", arg::Flag(NeedsOneFrameACycle(of.model))}};
-  if (!NeedsOneFrameACycle(of.model)) arguments.Set(fits ? "several" : "neither", arg::Flag());
-  found.May(refusal::kRateDiffers, kWhyRateDiffers, std::move(arguments));
+  if (CycleDeviation(of.model, static_cast<double>(image->nominal_ns), expected) > kCycleTolerance) {
+    if (!NeedsOneFrameACycle(of.model)) arguments.Set("neither", arg::Flag());
+    if (of.Counts(of.sync_changed())) found.May(refusal::kRateDiffers, kWhyRateDiffers, std::move(arguments));
+  } else if (std::abs(cycles - 1) <= kCycleTolerance) {
+    found.Right(kRate);
+  } else if (cycles < 1 && found.none() && of.Counts(of.sync_changed())) {
+    // Several frames for one pulse are unusual: the slave uses one of them, and its code is about the cycle.
+    arguments.Set("several", arg::Flag());
+    found.May(refusal::kRateDiffers, kWhyRateDiffers, std::move(arguments));
+  } else if (cycles > 1 && found.none() && !of.sync1() && HadNoTimeToShow(of)) {
+    // Some slaves want several pulses for each frame: that is for the slave to accept, and this one rejects it.
+    const auto pulses = static_cast<std::int64_t>(std::llround(cycles));
+    arguments.Set("pulses", arg::Number(pulses)).Set("empty", arg::Number(pulses - 1));
+    found.May(refusal::kRateDiffers, kWhyRateDiffers, std::move(arguments));
+  }
+}
+
+/// How the frames came against SYNC0: before the request in SAFEOP, or in OP.
+void CheckArrival(const Case& of, Outcome& found) {
+  constexpr std::uint64_t kEnough = 20;  // frames
+  constexpr std::uint64_t kOneIn = 20;   // intervals that a slave may miss
+  constexpr TimeNs kClear = 8;           // of a cycle: a pulse is no longer than this part
+  const sync::OutputWatch& outputs = of.context.sync().outputs(of.refusal.slave);
+  const sync::Sync0Phase* phase = of.refusal.requested != 0 ? outputs.safeop_phase.get() : &outputs.phase;
+  const auto cycle = of.sync0_cycle_ns();
+  if (!found.none() || !of.ExchangeCounts() || !of.sync0().value_or(false) || !cycle || phase == nullptr) return;
+  const std::uint64_t frames = phase->frames();
+  if (frames < kEnough || !of.Applied(of.sync_changed()) || phase->uncertainty_ns() * kClear > TimeNs{*cycle}) return;
+  const sync::Sync0Phase::Misses& misses = phase->misses();
+  if (misses.empty > frames) return;  // another rhythm
+  const std::uint64_t intervals = frames + misses.empty;
+  Arguments arguments{{"cycle_us", arg::Us(TimeNs{*cycle})},
+                      {"arrived", arg::Count(frames, "frame")},
+                      {"uncertainty_us", arg::Us(phase->uncertainty_ns())}};
+  if ((misses.empty + misses.doubled) * kOneIn >= intervals) {
+    const double share = 100.0 * static_cast<double>(misses.empty + misses.doubled) / static_cast<double>(intervals);
+    arguments.Set("empty", arg::Number(static_cast<std::int64_t>(misses.empty)))
+        .Set("doubled", arg::Number(static_cast<std::int64_t>(misses.doubled)))
+        .Set("intervals", arg::Count(intervals, "interval"))
+        .Set("share", arg::Real(share, "%", share < 10 ? 1 : 0));
+    if (misses.longest > 0) arguments.Set("longest", arg::Count(misses.longest, "interval"));
+    found.May(refusal::kIntervalsMissed, kWhyIntervalsMissed, std::move(arguments));
+  } else if (misses.undecided * 2 >= frames) {
+    arguments.Set("at_pulse", arg::Number(static_cast<std::int64_t>(misses.undecided)));
+    found.May(refusal::kAtPulse, kWhyAtPulse, std::move(arguments));
+  } else if (misses.empty + misses.doubled + misses.undecided == 0) {
+    found.Right(kArrival);
+  }
 }
 
 // ----- EEPROM and modules
@@ -806,7 +855,7 @@ constexpr std::array kRows{
          CheckMappedOutputs, CheckMappedInputs, CheckLengths}},
     Row{0x0018, {CheckInputs, CheckLrw}},
     Row{0x0019, {CheckLrw, CheckOutputs}},
-    Row{0x001A, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
+    Row{0x001A, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate, CheckArrival}},
     Row{0x001B, {CheckLrw, CheckOutputs}},
     Row{0x001D,
         {CheckTypes, CheckOutputsSet, CheckOutputsIgnored, CheckOutputCount, CheckMappedOutputs, CheckLengths,
@@ -825,13 +874,13 @@ constexpr std::array kRows{
     Row{0x0027, {CheckTypeRejected, CheckSyncActive, CheckSyncTypes}},
     Row{0x0028, {CheckSyncUnsupported, CheckTypeRejected, CheckSyncTypes}},
     Row{0x002B, {CheckLrw, CheckOutputs, CheckInputs}},
-    Row{0x002C, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
-    Row{0x002D, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
+    Row{0x002C, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate, CheckArrival}},
+    Row{0x002D, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate, CheckArrival}},
     Row{0x002E, {CheckSyncCycle}},
     Row{0x0030, {CheckSyncActive, CheckSyncCycle, CheckSyncTypes, CheckLeftOn, CheckSyncSettings}},
-    Row{0x0032, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
-    Row{0x0033, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
-    Row{0x0034, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate}},
+    Row{0x0032, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate, CheckArrival}},
+    Row{0x0033, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate, CheckArrival}},
+    Row{0x0034, {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate, CheckArrival}},
     Row{0x0035, {CheckSyncActive, CheckSyncCycle, CheckRate, CheckSyncTypes, CheckSyncSettings}},
     Row{0x0036, {CheckSyncActive, CheckSyncCycle, CheckSyncTypes, CheckSyncSettings}},
     Row{0x0050, {CheckEepromOwner}},
@@ -896,6 +945,7 @@ constexpr std::array kAbout{
     About{CheckSyncCycle, {kSyncRegisters, kSyncParameters, kDriveCycle}},
     About{CheckSyncTypes, {kSyncRegisters, kSyncParameters}},
     About{CheckRate, {kSyncRegisters, kClockRegisters, kDriveCycle}},
+    About{CheckArrival, {kSyncRegisters, kClockRegisters}},
     About{CheckEepromOwner, {kEepromRegisters}},
     About{CheckModules, {kModuleObjects}},
 };

@@ -139,7 +139,18 @@ inline constexpr NoteKind kRateDiffers{
     "rate-differs",
     "Process data come every {rate_us}, but the SYNC0 cycle (0x09A0) is {cycle_us}.[{?one_per_cycle} The slave needs "
     "one frame in each cycle.][{?neither} Neither is a multiple of the other.][{?several} Several frames come in each "
-    "cycle of SYNC0.] This may be the reason."};
+    "cycle of SYNC0.][ {empty} of {pulses} SYNC0 intervals have no frame.] This may be the reason."};
+inline constexpr NoteKind kIntervalsMissed{"sync0-intervals-missed",
+                                           "Of {intervals} between two SYNC0 pulses ({cycle_us}), {empty} had no frame "
+                                           "with process data and {doubled} had two: "
+                                           "{share}.[ The longest run without a frame is {longest}.] This may be the "
+                                           "reason: let the cycle of the master follow "
+                                           "the DC time."};
+inline constexpr NoteKind kAtPulse{
+    "at-sync0-pulse",
+    "Of {arrived} with process data, {at_pulse} arrived at the SYNC0 pulse (within {uncertainty_us}): the slave may "
+    "take "
+    "them before it or after it. This may be the reason: shift SYNC0 to the middle between two frames."};
 inline constexpr NoteKind kEepromHeld{
     "eeprom-held",
     "The master holds the EEPROM[ since {since}]: bit 0 of 0x0500 is 0. The processor of the slave needs it at this "
@@ -154,23 +165,42 @@ inline constexpr NoteKind kModuleCountDiffers{
     "{detected_frame})."};
 inline constexpr NoteKind kChecked{"checked", "Checked and right: {checked}."};
 
-inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,    &kMailboxOff,
-                                             &kMailboxUnseen,      &kNoMailboxInEeprom,
-                                             &kBootstrapMailbox,   &kWriteIgnored,
-                                             &kLrwUnsupported,     &kOutputsNotSent,
-                                             &kOutputsNotAccepted, &kInputsNotRead,
-                                             &kMappedLength,       &kWatchdogZero,
-                                             &kSyncLeftOn,         &kSyncOff,
-                                             &kSyncUnseen,         &kManagerUnseen,
-                                             &kSyncOffAtRequest,   &kSyncOn,
-                                             &kSyncCycleZero,      &kSyncCycleTooShort,
-                                             &kSyncTypeDiffers,    &kSyncTypeRejected,
-                                             &kRateDiffers,        &kEepromHeld,
-                                             &kModuleDiffers,      &kModuleCountDiffers,
-                                             &kCountExceeds,       &kSyncCycleRejected,
-                                             &kSyncSettings,       &kMailboxAsEeprom,
-                                             &kTypesSwapped,       &kNoPdoAssigned,
-                                             &kNothingAssigned,    &kChecked};
+inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,
+                                             &kMailboxOff,
+                                             &kMailboxUnseen,
+                                             &kNoMailboxInEeprom,
+                                             &kBootstrapMailbox,
+                                             &kWriteIgnored,
+                                             &kLrwUnsupported,
+                                             &kOutputsNotSent,
+                                             &kOutputsNotAccepted,
+                                             &kInputsNotRead,
+                                             &kMappedLength,
+                                             &kWatchdogZero,
+                                             &kSyncLeftOn,
+                                             &kSyncOff,
+                                             &kSyncUnseen,
+                                             &kManagerUnseen,
+                                             &kSyncOffAtRequest,
+                                             &kSyncOn,
+                                             &kSyncCycleZero,
+                                             &kSyncCycleTooShort,
+                                             &kSyncTypeDiffers,
+                                             &kSyncTypeRejected,
+                                             &kRateDiffers,
+                                             &kIntervalsMissed,
+                                             &kAtPulse,
+                                             &kEepromHeld,
+                                             &kModuleDiffers,
+                                             &kModuleCountDiffers,
+                                             &kCountExceeds,
+                                             &kSyncCycleRejected,
+                                             &kSyncSettings,
+                                             &kMailboxAsEeprom,
+                                             &kTypesSwapped,
+                                             &kNoPdoAssigned,
+                                             &kNothingAssigned,
+                                             &kChecked};
 
 /// The notes of a rule together with these.
 template <std::size_t N>

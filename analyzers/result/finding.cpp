@@ -23,6 +23,12 @@ bool Finding::Has(const NoteKind& note) const {
   return std::any_of(notes.begin(), notes.end(), [&](const Note& own) { return own.kind == &note; });
 }
 
+FrameNo BegunBy(const Finding& finding) {
+  FrameNo first = finding.first.number;
+  for (const FrameNo frame : finding.related_frames) first = std::min(first, frame);
+  return first;
+}
+
 std::string IdentityOf(const Finding& finding) {
   std::string identity(finding.kind->name);
   if (finding.axis != 0) identity += " axis=" + std::to_string(finding.axis + 1);

@@ -84,6 +84,9 @@ struct Finding {
 /// A finding to be filled and reported.
 [[nodiscard]] Finding Found(const FindingKind& kind, SlaveId slave, const FrameRef& first);
 
+/// The first frame of what the finding is about: one that it names before its own.
+[[nodiscard]] FrameNo BegunBy(const Finding& finding);
+
 /// What distinguishes two findings of one rule and slave in all captures of one machine: kind, axis and the identity
 /// arguments, without texts, counts, times and frames. "refused requested=4 al_status_code=29".
 [[nodiscard]] std::string IdentityOf(const Finding& finding);

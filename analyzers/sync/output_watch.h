@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <optional>
 
 #include "analyzers/model/logical_expectation.h"
@@ -38,6 +39,9 @@ struct OutputWatch {
   OutputRate rate;
   ArrivalGrid grid;  ///< for families with a jitter limit and without SYNC0
   Sync0Phase phase;
+  /// Of the last stay in SAFEOP with SYNC0; null: nothing was measured.
+  std::unique_ptr<Sync0Phase> safeop_phase;
+  bool in_safeop = false;  ///< when the last frame came, with SYNC0
   /// Status word in the inputs of this frame and of the one before.
   std::optional<std::uint16_t> status_word, last_status_word;
 

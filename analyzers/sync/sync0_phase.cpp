@@ -33,6 +33,7 @@ Sync0Phase::Arrival Sync0Phase::Add(const DcUnit& unit, const FrameRef& frame, c
   const bool by_stamps = doubt_ns > 0;
   const Slot firm = by_stamps ? SlotOf(since, pulses, cycle, std::max(uncertainty_, cycle / 4)) : slot;
   Carry(arrival, frame, firm, has_slot_ && !arrival.missed() && since - since_ < cycle + cycle / 2);
+  CountMisses(arrival, slot.least != slot.most);
   has_slot_ = true;
   slot_ = slot;
   since_ = since;
@@ -89,6 +90,14 @@ void Sync0Phase::ForgetStatistics(TimeNs origin) {
   frames_ = 0;
   sum_ = squares_ = 0;
   bins_ = {};
+  misses_ = {};
+}
+
+void Sync0Phase::CountMisses(const Arrival& arrival, bool undecided) {
+  misses_.empty += arrival.empty;
+  misses_.doubled += arrival.doubled ? 1 : 0;
+  misses_.longest = std::max(misses_.longest, arrival.empty);
+  misses_.undecided += undecided ? 1 : 0;
 }
 
 void Sync0Phase::Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle) {

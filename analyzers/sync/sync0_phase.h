@@ -91,6 +91,13 @@ class Sync0Phase {
   /// Frames so near to a pulse that the side is unknown, and the first of them.
   [[nodiscard]] std::uint64_t undecided() const { return undecided_; }
   [[nodiscard]] const FrameRef& first_undecided() const { return first_undecided_; }
+  /// Of the frames that frames() counts.
+  struct Misses {
+    std::uint64_t empty = 0, doubled = 0;  ///< intervals without a frame, with two
+    std::uint64_t longest = 0;             ///< without a frame, one after the other
+    std::uint64_t undecided = 0;           ///< frames so near to a pulse that the side is unknown
+  };
+  [[nodiscard]] const Misses& misses() const { return misses_; }
   /// Intervals without a frame or with two were found.
   [[nodiscard]] bool missed() const { return empty_ + doubled_ > 0; }
   /// Meaningful when there were frames.
@@ -125,6 +132,7 @@ class Sync0Phase {
     return std::max<TimeNs>(kClocksAgree, unit.last_difference_ns().value_or(0));
   }
   void Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle);
+  void CountMisses(const Arrival& arrival, bool undecided);
   /// From the first frame, the shorter way round.
   [[nodiscard]] TimeNs Apart(TimeNs phase, std::int64_t cycle) const {
     TimeNs apart = phase - origin_;
@@ -150,6 +158,7 @@ class Sync0Phase {
   Lead least_, most_;       // with one pulse for each frame since a frame that did not follow on another
   std::uint64_t frames_ = 0, empty_ = 0, doubled_ = 0, undecided_ = 0;
   FrameRef first_undecided_;
+  Misses misses_;
   TimeNs origin_ = 0;      // phase of the first frame, from which the others are measured ...
   Signed128 sum_ = 0;      // ... the shorter way round: the sum of that, and ...
   Signed128 squares_ = 0;  // ... of its squares

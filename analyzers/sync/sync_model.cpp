@@ -225,10 +225,12 @@ void SyncModel::Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* 
   if (watch.seen && time.frame.number <= watch.last.frame.number) return;
   const bool in_op = bus_.slave(id).al.SettledIn(esc::AlState::OP);
   if (watch.Waits() && (in_op || watch.fell.seen())) FollowInterval(id, slave, time, image, in_op);
-  if (in_op && (frame_dc_ || at_hand.by_stamps) && Sync0Phase::Counts(slave.dc)) {
+  const bool counts = (frame_dc_ || at_hand.by_stamps) && Sync0Phase::Counts(slave.dc);
+  if (in_op && counts) {
     MeasurePhase(id, slave, at_hand);
   } else {
     watch.phase.End();
+    MeasureInSafeop(id, slave, at_hand, counts);
   }
   watch.Add(time, sent_.number, image, in_op);
 }
@@ -358,6 +360,22 @@ void SyncModel::MeasureAnyPhase(SlaveId id, Slave& slave, const FrameAtHand& at_
     miss.unreturned = sent_frames_.UnreturnedBetween(before, sent_.number, bus_.network().fmmus(id));
   }
   sink_.Publish(miss);
+}
+
+/// Before OP nothing is reported of it, but a slave that does not reach OP may have its reason there.
+void SyncModel::MeasureInSafeop(SlaveId id, Slave& slave, const FrameAtHand& at_hand, bool counts) {
+  OutputWatch& watch = slave.outputs;
+  const FrameTime& time = at_hand.time;
+  const auto by_stamps = time.dc ? std::optional<TimeNs>(0) : Uncertainty(TimeBase::kCapture);
+  if (!counts || !by_stamps || !bus_.slave(id).al.SettledIn(esc::AlState::SAFEOP)) {
+    watch.in_safeop = false;
+    return;
+  }
+  if (!watch.in_safeop) watch.safeop_phase = std::make_unique<Sync0Phase>();
+  watch.in_safeop = true;
+  const std::int64_t way = delays_.Of(id) - at_hand.way.reference_delay_ns + at_hand.way.length_ns;
+  const DcTime& now = time.dc ? *time.dc : *at_hand.by_stamps;
+  watch.safeop_phase->Add(slave.dc, time.frame, now, at_hand.way.wide_clock, way, *by_stamps);
 }
 
 void SyncModel::On(const track::SlaveAccess& access) {

@@ -85,6 +85,10 @@ class SyncModel final {
   /// What hardly any frame with process data takes longer than, ns; unset without enough good stamps.
   [[nodiscard]] std::optional<TimeNs> UsualRoundTrip() const { return trust_.UsualRoundTrip(); }
 
+  /// Frames with process data for the slave that were sent between these two, and did not return so far.
+  [[nodiscard]] std::uint64_t UnreturnedBetween(SlaveId slave, FrameNo from, FrameNo to) const {
+    return sent_frames_.UnreturnedBetween(from, to, bus_.network().fmmus(slave));
+  }
   /// Of the run with the most cycles.
   [[nodiscard]] CycleSummary SummariseCycle() const;
   /// Of the run that goes on.
@@ -144,6 +148,7 @@ class SyncModel final {
   void MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& time, const Interval& interval);
   void MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand);
   void MeasureAnyPhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand, std::int64_t way);
+  void MeasureInSafeop(SlaveId id, Slave& slave, const FrameAtHand& at_hand, bool counts);
   void ReadStatusWords(const track::LogicalAccess& access);
   /// Frames with outputs between the last one of the watch and the frame at hand.
   [[nodiscard]] std::uint64_t UnreturnedSince(SlaveId id, const OutputWatch& watch) const {

@@ -833,7 +833,12 @@ void Pairing::PushReturned(const wire::FrameView& frame, std::uint64_t key, Slot
   // came back a moment ago: with few indices equal frames are sent again soon.
   if (slot != nullptr && slot->overtaken > 0 && !slot->copy && !sender.rhythm.indices.IsNext(frame)) {
     const Slot* original = FindOriginal(frame, key);
-    if (original != nullptr && original->sequence > slot->sequence) slot = nullptr;
+    const bool later = original != nullptr && original->sequence > slot->sequence;
+    if (later && WasWaitedFor(*slot, *original)) {
+      AnswerWaitedFor(*slot, *original, frame);
+      return;
+    }
+    if (later) slot = nullptr;
   }
   if (slot != nullptr && slot->copy && FindOriginal(frame, key) != nullptr) {
     // Both copies of a packet that was captured twice came back, and so did those of its return.
@@ -936,14 +941,48 @@ void Pairing::AnswerInFlight(Slot& slot, const wire::FrameView& frame) noexcept 
   DropAnsweredTail();
 }
 
+/// The master sent nothing after the frame until it sent the same one again, and that is its rhythm no more: it had
+/// waited. Both were sent and both came back, so none is lost and none came back twice.
+bool Pairing::WasWaitedFor(const Slot& slot, const Slot& again) noexcept {
+  if (slot.overtaken != 1 || again.sender != slot.sender || again.bytes != slot.bytes) return false;
+  for (std::uint64_t s = slot.sequence + 1; s < again.sequence; ++s) {
+    if (At(s).sender == slot.sender) return false;
+  }
+  return BrokeRhythm(slot, again);
+}
+
+/// True when the time between both is a time-out, and not the one between all frames.
+bool Pairing::BrokeRhythm(const Slot& first, const Slot& second) const noexcept {
+  if (!HasWaited(first.view.ref(), second.view.ref())) return false;
+  const std::int64_t apart = Elapsed(first.view.ref().time, second.view.ref().time);
+  const Rhythm& rhythm = senders_[first.sender].rhythm;
+  const bool known = rhythm.longest_before_ns > 0 || rhythm.frames >= kLeast;
+  return known && apart <= kLongestTimeOutNs && apart / 2 > rhythm.mean_ns;
+}
+
+/// What comes back last is handed over for the frame that was sent first: the bytes of both are the same.
+void Pairing::AnswerWaitedFor(Slot& slot, const Slot& again, const wire::FrameView& frame) noexcept {
+  slot.overtaken = 0;
+  Answer(slot, frame, frame.payload());
+  sink_.OnRepeated({.frame = slot.view,
+                    .before = slot.view.ref(),
+                    .again = again.view.ref(),
+                    .returned = again.returned,
+                    .usual_ns = typical_round_trip_ns_});
+  HandOver({&slot.view, &frame, false, TakeGap(slot.sequence)});
+  ReportLost(slot.sequence);
+  DropAnsweredTail();
+}
+
 /// The frame is the one before once more. If that one came back after this one was sent, its answer was late: as both
 /// came back, it is not that of this one.
 void Pairing::ReportLate(const Slot& slot) noexcept {
-  if (!senders_[slot.sender].rhythm.indices.was_next()) return;
+  const bool numbered = senders_[slot.sender].rhythm.indices.was_next();
   const std::uint64_t oldest = head_ > kDuplicateFrames ? head_ - kDuplicateFrames : 0;
   for (std::uint64_t s = slot.sequence; s > oldest; --s) {
     const Slot& before = At(s - 1);
     if (before.sender != slot.sender) continue;
+    if (!numbered && !BrokeRhythm(before, slot)) return;
     const bool late = before.state == SlotState::kAnswered && before.key == slot.key && before.bytes == slot.bytes &&
                       before.returned.number > slot.view.ref().number;
     if (late && HasWaited(before.view.ref(), slot.view.ref())) {

@@ -239,6 +239,9 @@ class Pairing {
   [[nodiscard]] bool AnyInFlight(std::uint8_t sender) noexcept;
   [[nodiscard]] bool HasTimeFor(const Rhythm& rhythm, const FrameRef& from, const FrameRef& to) const noexcept;
   void ReportLate(const Slot& slot) noexcept;
+  [[nodiscard]] bool BrokeRhythm(const Slot& first, const Slot& second) const noexcept;
+  bool WasWaitedFor(const Slot& slot, const Slot& again) noexcept;
+  void AnswerWaitedFor(Slot& slot, const Slot& again, const wire::FrameView& frame) noexcept;
   [[nodiscard]] bool IsSentAgain(std::uint8_t sender, const wire::FrameView& frame, Repeats repeats) const noexcept;
   void ReportAnswered(const Slot& slot, const wire::FrameView& returned) noexcept;
   [[nodiscard]] static std::uint32_t IndicesThatMayBeMissing(const Rhythm& rhythm, std::int64_t apart) noexcept;

@@ -84,7 +84,7 @@ class BusSink {
   /// `returned` is byte for byte what frame `original` already brought back.
   virtual void OnDuplicate(const wire::FrameView& returned, FrameNo original) = 0;
   virtual void OnUnusable(const wire::FrameView& frame, Unusable reason, bool own_master) = 0;
-  /// A master that numbers its frames sent one again, byte for byte.
+  /// A master sent a frame again, byte for byte. One that does not number its frames: after it had waited for it.
   virtual void OnRepeated(const RepeatedFrame& repeated) = 0;
 };
 

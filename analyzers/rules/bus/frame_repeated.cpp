@@ -67,7 +67,8 @@ Its time-out is longer than frames take, and at most 100 ms.
 - The frame that was sent again returned, too. One that never returned belongs to frame-lost. One that returned twice
   belongs to frame-duplicated.
 - A frame that only reads, and in the end brings other data, is a poll that keeps its index.
-- Masters that do not number their frames send equal frames all the time: nothing can be decided.
+- Masters that do not number their frames send equal frames all the time. So only a late answer is decided: the master
+  sent nothing for twice its usual distance of frames, then the same frame, and both returned.
 - If the time-out is long enough for one round of all indices, the capture may miss that round. Then three such frames
   are reported, if the master has at least 8 indices and they show no other gap.
 

@@ -36,9 +36,9 @@ constexpr FindingKind kDropped{
     .name = "process-data-dropped",
     .title = "{command} working counter {working_counter} instead of {before} as before",
     .message = R"({command} of {length} at logical address {address} returned in {frame} with working counter
-{working_counter}. Before, it was {before} in {times} from {since_frame} on, and there was no state request since then. Not all FMMUs are in
-the capture, so it does not show which slave is missing.)",
-    .next = "Check the AL status and power of the slaves.",
+{working_counter}. Before, it was {before} in {times} from {since_frame} on, and there was no state request since
+then.[{!missing} The capture does not show which slave is missing.])",
+    .next = "Check AL status, power and cable of [{missing}][{!missing}the slaves].",
     .identity = "command"};
 constexpr FindingKind kBroadcast{
     .name = "broadcast",
@@ -52,7 +52,8 @@ constexpr FindingKind kNoAnswer{
     .name = "no-answer",
     .title = "The slave does not answer at its station address {station_address}",
     .message = R"(FPRD of register {register} at station address {station_address} returned in {frame} with
-working counter 0, although a slave answered there before. The slave lost power, its link, or its address. A restart clears the address.)",
+working counter 0, although a slave answered there [in {answered_frame}][{!answered_frame}before]. The slave lost power, its
+link, or its address. A restart clears the address.)",
     .next = "Check the power of the slave and the cable to it."};
 constexpr FindingKind kSeveralAnswer{
     .name = "several-answer",
@@ -92,6 +93,8 @@ constexpr NoteKind kFitsSlaveThatLeftState{
 constexpr NoteKind kOneAway{.name = "one-does-not-answer",
                             .text = "One of them is {slave}, which does not answer at its station address."};
 constexpr NoteKind kOneLeft{.name = "one-left-the-bus", .text = "One of them is {slave}, which left the bus."};
+constexpr NoteKind kFitsAlone{.name = "fits-alone",
+                              .text = "Only {slave} has the share that is missing from all datagrams since {since}."};
 constexpr NoteKind kInputsNotRefreshed{
     .name = "inputs-not-refreshed",
     .text = R"(The inputs of {slave} returned unchanged in all of these frames, and those of the other slaves were
@@ -101,9 +104,10 @@ constexpr NoteKind kOneBuffer{
     .text =
         R"([{?several}These sync managers have one buffer: {managers}. Each slave][{!several}{managers} has one buffer. The
 slave] counts only if it has [{?inputs}filled][{!inputs}emptied] the buffer.)"};
-constexpr const NoteKind* kNotes[] = {&kLeftTheBus,    &kAllAway,      &kMoreCounted,        &kOutputsMissing,
-                                      &kInputsMissing, &kShareMissing, &kSeveralFit,         &kFitsSlaveThatLeftState,
-                                      &kOneAway,       &kOneLeft,      &kInputsNotRefreshed, &kOneBuffer};
+constexpr const NoteKind* kNotes[] = {&kLeftTheBus,    &kAllAway,      &kMoreCounted, &kOutputsMissing,
+                                      &kInputsMissing, &kShareMissing, &kSeveralFit,  &kFitsSlaveThatLeftState,
+                                      &kOneAway,       &kOneLeft,      &kFitsAlone,   &kInputsNotRefreshed,
+                                      &kOneBuffer};
 
 constexpr Word kFmmuWrites{"fmmu-writes", "writes to FMMUs", true};
 constexpr Word kFmmuWrite{"fmmu-write", "a frame that may have set an FMMU"};
@@ -139,6 +143,11 @@ count. Outside that range the rule fires, and names the slaves whose share is mi
   still count. Above that the constant value before is the expectation. A drop below it, with no state request or
   configuration since then, is an inferred warning. Outputs that drop after 20 frames count as well, if the lower value
   then lasts, or the counter returns to the higher one, for 200 frames.
+- If the AL states are not all in the capture, the sum of all shares is the expectation after 200 frames with it.
+- If only one slave has exactly the share that is missing from all datagrams since one frame, it is named, and a drop of
+  20 frames is an error.
+- A cause that shows later (no answer at the station address, a lower AL state) must have been possible when the counter
+  changed: the slave has a part in the datagram, and was well before that.
 - An FMMU that is not in the capture is known to map nothing if its activate byte was seen, if the ESC has no such FMMU
   (0x0004), or if the capture shows the set-up of the slave from its address or INIT on. It also maps nothing if for a
   while exactly the other slaves counted.
@@ -179,7 +188,10 @@ class WkcMismatch final : public Rule {
     // A slave that has an FMMU counts, whatever others have. Only the maximum is unknown.
     if (!all_known) AddNotAllKnown(e);
     if (!all_known && (e.wkc >= range.least || !HeldAtLeast(e, range.least))) return EvaluateByHabit(e, range);
-    if (e.wkc >= range.least && e.wkc <= range.most) return;
+    if (e.wkc >= range.least && e.wkc <= range.most) {
+      if (range.least < range.most) EvaluateUnconfirmed(e, expected, range);
+      return;
+    }
     // Without outbound frames the missing ones are unknown. If no slave has an FMMU at all, none can count: their
     // set-up is not in the capture, although no gap shows.
     const bus::PairingStatistics& pairing = context().pairing();
@@ -214,6 +226,7 @@ class WkcMismatch final : public Rule {
       AddOneBuffers(finding, expected, false);
     }
     const FindingIndex index = Report(key, std::move(finding));
+    AddSubject(index, expected, e, range.most);
     for (Episode& episode : episodes_) {
       if (episode.key != key) continue;
       episode.finding = index;
@@ -246,6 +259,7 @@ class WkcMismatch final : public Rule {
     if (NotEvaluableWithoutReturns()) return;
     for (const auto& [station, reads] : unanswered_) ReportNoSlave(station, reads);
     for (const Episode& episode : episodes_) NameMissing(episode);
+    NameDropped();
     // The missing share of a slave that left the bus or its state is a consequence of that.
     std::vector<Finding>& findings = context().store.findings();
     for (Finding& own : findings) {
@@ -262,14 +276,30 @@ class WkcMismatch final : public Rule {
         // It was away, and answers again when its lower state is read: then its absence is the cause.
         if (left_state && IsAway(own) && f.first.number > own.last.number) continue;
         if (own.slave != kNoSlave && f.slave != kNoSlave && f.slave != own.slave) continue;
+        if (!MayHaveBegunBefore(f, own)) continue;
         if (best == kNoFinding || Distance(f, own) < Distance(findings[best], own)) best = static_cast<FindingIndex>(i);
       }
       own.caused_by = best != kNoFinding ? best : EndOfTheBusBefore(own);
       if (best != kNoFinding) AddWhoLeftItsState(own, findings[best]);
+      if (own.caused_by == kNoFinding) own.caused_by = SameDropBefore(own);
     }
   }
 
  private:
+  /// A datagram that a finding is about, and the slaves that have a part in it.
+  struct Subject {
+    FindingIndex finding = kNoFinding;
+    std::uint64_t key = 0;
+    int missing = 0;  ///< of the working counter; 0: not known
+    struct Part {
+      SlaveId slave = kNoSlave;
+      int worth = 0;
+    };
+    std::vector<Part> parts;
+    bool all_parts = false;  ///< they explain the working counter before exactly
+  };
+  static constexpr std::size_t kMaxSubjects = 64;
+
   /// One kind of mismatch: which slaves' inputs were refreshed while it lasted.
   struct Episode {
     std::uint64_t key = 0;
@@ -287,6 +317,94 @@ class WkcMismatch final : public Rule {
   };
   static constexpr std::size_t kMaxEpisodes = 32;
   static constexpr FrameNo kAbout = 2000;  ///< a finding this number of frames later may have the same cause
+
+  /// What shows after the effect is its cause only if it may have begun before it, lasted until it showed, and is about
+  /// a slave with a part in the datagram.
+  [[nodiscard]] bool MayHaveBegunBefore(const Finding& cause, const Finding& own) const {
+    if (cause.first.number <= own.first.number) return true;
+    const FrameNo well_before = BegunBy(cause);
+    if (well_before < cause.first.number && well_before > own.first.number) return false;
+    const Subject* subject = SubjectOf(own);
+    if (subject == nullptr || cause.slave == kNoSlave) return true;
+    const auto& parts = subject->parts;
+    const bool has_part =
+        std::any_of(parts.begin(), parts.end(), [&](const auto& p) { return p.slave == cause.slave; });
+    if (subject->all_parts && !has_part) return false;
+    // The counter changed once more before the cause showed: that change is the effect.
+    return std::none_of(subjects_.begin(), subjects_.end(), [&](const Subject& other) {
+      if (other.key != subject->key || other.finding == subject->finding) return false;
+      const FrameNo first = context().store[other.finding].first.number;
+      return own.last.number < first && first <= cause.first.number;
+    });
+  }
+
+  [[nodiscard]] const Subject* SubjectOf(const Finding& own) const {
+    const auto found = std::find_if(subjects_.begin(), subjects_.end(),
+                                    [&](const Subject& subject) { return &context().store[subject.finding] == &own; });
+    return found != subjects_.end() ? &*found : nullptr;
+  }
+
+  /// The same slave is missing from another datagram since the same frame.
+  [[nodiscard]] FindingIndex SameDropBefore(const Finding& own) const {
+    if (own.kind != &kDropped || own.slave == kNoSlave) return kNoFinding;
+    for (const Subject& other : subjects_) {
+      const Finding& finding = context().store[other.finding];
+      if (&finding == &own) break;
+      if (finding.kind == &kDropped && finding.slave == own.slave && finding.first.number == own.first.number) {
+        return other.finding;
+      }
+    }
+    return kNoFinding;
+  }
+
+  /// Drops of several datagrams in one frame are those of one slave if only one has all shares that are missing.
+  void NameDropped() {
+    for (const Subject& subject : subjects_) {
+      Finding& finding = context().store[subject.finding];
+      if (finding.kind != &kDropped || finding.slave != kNoSlave || !subject.all_parts) continue;
+      SlaveId only = kNoSlave;
+      std::size_t fitting = 0;
+      for (const auto& part : subject.parts) {
+        if (!FitsAllSince(part.slave, finding.first.number)) continue;
+        only = part.slave;
+        ++fitting;
+      }
+      if (fitting != 1) continue;
+      for (const Subject& other : subjects_) {
+        Finding& same = context().store[other.finding];
+        if (same.kind != &kDropped || same.first.number != finding.first.number) continue;
+        same.slave = only;
+        same.Set("missing", SlaveValue(only));
+        same.Add(kFitsAlone, {{"slave", SlaveValue(only)}, {"since", arg::Frame(finding.first.number)}});
+        if (same.count >= kTimesUntilRight) context().store.Regrade(other.finding, Severity::kError);
+      }
+    }
+  }
+
+  [[nodiscard]] bool FitsAllSince(SlaveId slave, FrameNo first) const {
+    return std::all_of(subjects_.begin(), subjects_.end(), [&](const Subject& subject) {
+      const Finding& finding = context().store[subject.finding];
+      if (finding.kind != &kDropped || finding.first.number != first) return true;
+      return subject.all_parts && std::any_of(subject.parts.begin(), subject.parts.end(), [&](const auto& part) {
+               return part.slave == slave && part.worth == subject.missing;
+             });
+    });
+  }
+
+  void AddSubject(FindingIndex finding, const model::LogicalExpectation& expected, const track::LogicalAccess& e,
+                  int before) {
+    if (finding == kNoFinding || subjects_.size() >= kMaxSubjects) return;
+    Subject subject{finding, Key(e), before - int{e.wkc}, {}, false};
+    int all = 0;
+    for (const model::LogicalShare& share : expected.shares) {
+      const int worth = model::WorthOf(share, e.command);
+      if (worth == 0) continue;
+      subject.parts.push_back({share.slave, worth});
+      all += worth;
+    }
+    subject.all_parts = all > 0 && all == before;
+    subjects_.push_back(std::move(subject));
+  }
 
   /// If several shares fit, that of the slave which left its state is missing.
   void AddWhoLeftItsState(Finding& own, Finding& cause) const {
@@ -548,6 +666,33 @@ class WkcMismatch final : public Rule {
     ReportDrop(e, {key, habit.wkc, e.wkc, habit.times, 1, habit.since, e.frame(), e.frame()});
   }
 
+  /// The AL states of some slaves are not known, so they may count. All of them did for long, and no request came
+  /// since.
+  void EvaluateUnconfirmed(const track::LogicalAccess& e, const model::LogicalExpectation& expected,
+                           const model::CounterRange& range) {
+    const std::uint64_t key = Key(e);
+    Habit& habit = habits_[key % habits_.size()];
+    if (habit.key == key && e.wkc == habit.wkc) {
+      ++habit.times;
+      return;
+    }
+    const bool all_counted = habit.key == key && habit.times >= kTimesUntilHabit && habit.wkc == range.most;
+    if (!all_counted || e.wkc > habit.wkc || CountsNowAndThen(expected)) {
+      habit = {key, e.wkc, 1, e.frame().number, {}};
+      return;
+    }
+    const std::uint64_t fold = key ^ static_cast<std::uint64_t>(e.wkc) << 48U;
+    if (Repeat(kNoSlave, fold, e.frame()) != kNoFinding) return;
+    ReportDrop(e, {key, habit.wkc, e.wkc, habit.times, 1, habit.since, e.frame(), e.frame()});
+  }
+
+  /// A mailbox counts while a message lies in it, and one buffer if it was filled or emptied.
+  static bool CountsNowAndThen(const model::LogicalExpectation& expected) {
+    return std::any_of(expected.shares.begin(), expected.shares.end(), [](const model::LogicalShare& share) {
+      return share.mailbox_only || share.inputs_one_buffer || share.outputs_one_buffer;
+    });
+  }
+
   /// A drop within the first frames of a habit. Which of both values is the right one shows only later: the lower one
   /// lasts although no request explains it, or the counter returns to the higher one.
   void FollowEarlyDrop(const track::LogicalAccess& e, Habit& habit) {
@@ -597,7 +742,9 @@ class WkcMismatch final : public Rule {
         .Set("times", arg::Count(drop.times, "frame"))
         .Set("since_frame", arg::Frame(drop.since));
     AddRelated(finding, drop.since);
-    Report(drop.key ^ static_cast<std::uint64_t>(drop.wkc) << 48U, Severity::kWarning, std::move(finding));
+    const FindingIndex index =
+        Report(drop.key ^ static_cast<std::uint64_t>(drop.wkc) << 48U, Severity::kWarning, std::move(finding));
+    if (drop.wkc == e.wkc) AddSubject(index, context().bus().Expect(e), e, drop.before);
   }
 
   void EvaluateBroadcastRead(const track::Answered& e) {
@@ -648,6 +795,9 @@ class WkcMismatch final : public Rule {
     if (e.slave == kNoSlave) return AddUnanswered(e);
     answered_ = true;
     if (!unanswered_.empty()) unanswered_.erase(e.adp);
+    if (e.slave >= last_answers_.size()) last_answers_.resize(std::size_t{e.slave} + 1);
+    const FrameNo answered_before = last_answers_[e.slave];
+    if (e.wkc > 0) last_answers_[e.slave] = e.returned.number;
     if (e.wkc == 1 || (e.wkc > 1 && numbering_)) return;
     const std::uint64_t key = 0x4000000000000000ULL | static_cast<std::uint64_t>(e.wkc);
     if (Repeat(e.slave, key, e.returned) != kNoFinding) return;
@@ -656,6 +806,10 @@ class WkcMismatch final : public Rule {
         .Set("expected", arg::Number(1))
         .Set("station_address", arg::Hex(e.adp))
         .Set("register", arg::Hex(e.address));
+    if (e.wkc == 0 && answered_before != 0) {
+      finding.Set("answered_frame", arg::Frame(answered_before));
+      AddRelated(finding, answered_before);
+    }
     Report(key, std::move(finding));
   }
 
@@ -736,6 +890,8 @@ class WkcMismatch final : public Rule {
   }
 
   std::vector<Episode> episodes_;
+  std::vector<Subject> subjects_;
+  std::vector<FrameNo> last_answers_;  ///< of each slave, at its station address
   std::array<Habit, 32> habits_{};
   std::array<Drop, 32> early_{};  // not settled yet
   bool unknown_reported_ = false;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <map>
 #include <string>
 #include <utility>
@@ -11,21 +12,28 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/progress/progress_model.h"
+#include "analyzers/sync/sync_model.h"
 #include "analyzers/words/drive_text.h"
+#include "decoder/base/time.h"
+#include "decoder/track/events.h"
 
 namespace ecaudit::drive_fault {
 namespace {
 
 constexpr FindingKind kFault{
     .name = "fault",
-    .title = "{state} from {state_before}[: {fault}][ after {sign}]",
+    .title =
+        "{state} from {state_before}[: {fault}][ after {pause_ms} without process data]"
+        "[{!pause_ms}[ after {sign}]]",
     .message =
         R"(The status word shows {state_before} up to {before_frame} and {state} ({status_word}) in {frame}[, Fault in
 {fault_frame}].[{!fault} The capture does not hold the reason of the drive: no emergency message[, and no read of
-{fault_objects}].])",
+{fault_objects}].][ From {pause_from_frame} to {pause_to_frame} it holds no process data of any slave, for {pause_ms}. The process data watchdog
+of the drive is {watchdog_ms}.])",
     .next =
-        "[{!fault}Read {fault_object} from the drive.] Reset the fault (rising edge of bit 7) after its cause is "
-        "corrected.",
+        "[{?pause_ms}Find out why the master stopped sending.][{!pause_ms}[{!fault}Read {fault_object} from the "
+        "drive.]] "
+        "Reset the fault (rising edge of bit 7) after its cause is corrected.",
     .identity = "state fault_code",
     .next_stays = true};
 constexpr FindingKind kAlreadyInFault{
@@ -76,6 +84,8 @@ A change from a state that is none of the two. Fault reaction active followed by
   if the drive gives no reason.
 - caused_by names the finding of the emergency. If the drive gave no reason, it names the lost synchronisation or the
   pause of the process data just before.
+- If it gave none, and no process data of any slave were sent for longer than its watchdog between the last status word
+  without fault and the first with one, that pause is named: the master stopped, or was started again.
 - A drive that is in a fault when its status word is first seen is one as well. A word of 0 before it is the content of
   unused memory. The finding shows whether the fault was reset later.
 - A mid-run capture needs to know where the status word is mapped: give an ENI or ESI file.
@@ -98,6 +108,16 @@ class DriveFault final : public Rule {
   DriveFault() : Rule(kInfo) {
     Subscribe<model::DriveStateChanged>(&DriveFault::On);
     Subscribe<model::DriveFaultExplained>(&DriveFault::On);
+    Subscribe<track::LogicalAccess>(&DriveFault::On);
+  }
+
+  void On(const track::LogicalAccess& e) {
+    const FrameRef& frame = e.sent.seen() ? e.sent : e.returned;
+    if (last_.seen() && last_.has_time && frame.has_time && frame.number > last_.number) {
+      const TimeNs apart = Elapsed(last_.time, frame.time);
+      if (apart >= kLeastPause) pauses_[next_pause_++ % pauses_.size()] = {last_.number, frame.number, apart};
+    }
+    last_ = frame;
   }
 
   void On(const model::DriveStateChanged& e) {
@@ -111,7 +131,9 @@ class DriveFault final : public Rule {
       if (open != open_.end() && *e.to == device::DriveState::kFault) open->second.fault = e.frame.number;
       return;
     }
-    open_[{e.slave, e.axis}] = Open{e, {}, 0, !e.from || e.first_zero};
+    Open open{e, {}, 0, !e.from || e.first_zero, {}, 0};
+    if (!open.stands) FindPause(open);
+    open_[{e.slave, e.axis}] = std::move(open);
   }
 
   void On(const model::DriveFaultExplained& e) {
@@ -131,13 +153,36 @@ class DriveFault final : public Rule {
 
  private:
   static constexpr std::size_t kMaxExplanations = 8;
+  static constexpr TimeNs kLeastPause = 1'000'000;  // no shorter watchdog is set
   using Axis = std::pair<SlaveId, std::uint8_t>;
+  /// No process data of any slave.
+  struct Pause {
+    FrameNo from = 0, to = 0;
+    TimeNs ns = 0;
+  };
   struct Open {
     model::DriveStateChanged change;
     std::vector<model::DriveFaultExplained> explanations;
     FrameNo fault = 0;    ///< status word that showed Fault after Fault reaction active
     bool stands = false;  ///< already active when the drive was first seen
+    Pause pause;          ///< longer than the watchdog, while the fault came; `from` 0: none
+    TimeNs watchdog_ns = 0;
   };
+
+  /// The longest pause between the last status word without fault and the first with one.
+  void FindPause(Open& open) const {
+    const TimeNs watchdog = context().sync().outputs(open.change.slave).watchdog_ns;
+    const auto uncertainty = context().sync().Uncertainty(sync::TimeBase::kCapture);
+    if (watchdog <= 0 || !uncertainty) return;
+    for (const Pause& pause : pauses_) {
+      if (pause.to <= open.change.from_last || pause.to > open.change.frame.number) continue;
+      if (pause.ns - *uncertainty < watchdog || pause.ns <= open.pause.ns) continue;
+      // They were sent: frame-lost reports that.
+      if (context().sync().UnreturnedBetween(open.change.slave, pause.from, pause.to) > 0) continue;
+      open.pause = pause;
+      open.watchdog_ns = watchdog;
+    }
+  }
 
   static bool IsFault(device::DriveState state) {
     return state == device::DriveState::kFault || state == device::DriveState::kFaultReactionActive;
@@ -206,6 +251,14 @@ class DriveFault final : public Rule {
   /// What the drive itself reports as the reason.
   static void DescribeReasons(Finding& finding, const Open& open, const device::DeviceDescription& family) {
     if (open.explanations.empty()) {
+      if (open.pause.from != 0) {
+        finding.Set("pause_ms", arg::Ms(open.pause.ns))
+            .Set("pause_from_frame", arg::Frame(open.pause.from))
+            .Set("pause_to_frame", arg::Frame(open.pause.to))
+            .Set("watchdog_ms", arg::Ms(open.watchdog_ns));
+        AddRelated(finding, open.pause.from);
+        AddRelated(finding, open.pause.to);
+      }
       const device::DriveProfile& drive = *family.drive;
       if (!drive.fault_objects.empty()) {
         finding.Set("fault_objects", arg::List(FaultObjects(drive, open.change.axis)));
@@ -268,6 +321,9 @@ class DriveFault final : public Rule {
     }
   }
 
+  FrameRef last_;                   // with process data
+  std::array<Pause, 16> pauses_{};  // the newest
+  std::size_t next_pause_ = 0;
   std::map<Axis, Open> open_;
   std::map<FindingIndex, FrameNo> emergencies_;  // finding, frame of the emergency that explains it
 };

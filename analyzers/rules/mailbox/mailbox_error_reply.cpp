@@ -6,9 +6,12 @@
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "decoder/base/bytes.h"
+#include "decoder/base/time.h"
 #include "decoder/esc/sii.h"
 #include "decoder/mailbox/error_reply.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/track/access.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit::mailbox_error_reply {
@@ -20,7 +23,9 @@ constexpr FindingKind kErrorReply{.name = "error-reply",
 request] in {request_frame}][{!request_frame}a message that is not in the capture] with mailbox error
 {detail}.[{?undefined} The standard does not define this code.] The request had no effect.[ The reply has type {type},
 the standard has 0x0001.])",
-                                  .next = "{advice}.",
+                                  .next =
+                                      "{advice}.[{?polls_on} Correct the master: it must accept the error reply as "
+                                      "the answer.]",
                                   .identity = "detail protocol object"};
 
 constexpr FindingKind kRejected{
@@ -41,8 +46,15 @@ constexpr NoteKind kTransferOpen{
         R"(The transfer that began in {transfer_frame} was neither finished nor aborted before. The slave probably still
 keeps it open.)"};
 
+constexpr NoteKind kPollsOn{
+    .name = "polls-on",
+    .text =
+        R"(After the error reply the master does nothing but read the status of the in mailbox (0x080D): {polls} over
+{polled_ms}, the last in {last_poll_frame}. The mailbox is empty. So the master waits for another answer, which the slave does
+not send.)"};
+
 constexpr const FindingKind* kKinds[] = {&kErrorReply, &kRejected};
-constexpr const NoteKind* kNotes[] = {&kTransferOpen};
+constexpr const NoteKind* kNotes[] = {&kTransferOpen, &kPollsOn};
 
 constexpr Word kNotSupported{
     "not-supported", "Do not send it to this slave: see its EEPROM (word 0x1C) and manual for what it supports"};
@@ -85,6 +97,8 @@ an answer.
 
 - If the slave does not support the protocol of that request, caused_by names mailbox-unsupported-protocol.
 - If the slave rejects a protocol that its EEPROM lists (word 0x001C), that is one finding for the protocol.
+- If the master reads 0x080D and sends nothing else for at least 500 ms after the reply, a note states that it waits for
+  another answer.
 - If the slave is busy or has no memory (7, 9) after a segmented transfer that was left unfinished, caused_by names
   sdo-incomplete.
 
@@ -95,6 +109,7 @@ samples/captures/foe-unsupported.pcapng: an FoE request to a drive without FoE, 
 Check the detail and the request that it answers. For 7 and 9 finish or abort the earlier transfer first.
 )"};
 
+constexpr EscAddress kInMailboxStatus = 0x080D;
 constexpr std::uint16_t kServiceNotSupported = 4;
 constexpr std::uint16_t kNoMemory = 7;
 constexpr std::uint16_t kInWork = 9;
@@ -104,6 +119,21 @@ class MailboxErrorReplyRule final : public Rule {
   MailboxErrorReplyRule() : Rule(kInfo) {
     Subscribe<mailbox::MailboxErrorReply>(&MailboxErrorReplyRule::On);
     Subscribe<mailbox::SdoTransfer>(&MailboxErrorReplyRule::On);
+    Subscribe<mailbox::MailboxMessage>(&MailboxErrorReplyRule::On);
+    Subscribe<track::SlaveAccess>(&MailboxErrorReplyRule::On, MemoryRange::Of(kInMailboxStatus, 1));
+  }
+
+  void On(const mailbox::MailboxMessage& e) { EndPolls(e.slave); }
+
+  void On(const track::SlaveAccess& e) {
+    const auto found = polls_.find(e.slave);
+    if (found == polls_.end() || e.broadcast) return;
+    const ByteSpan status = e.Covered(e.read, kInMailboxStatus, 1);
+    constexpr std::uint8_t kFull = 0x08;
+    if (status.empty() || (LittleEndian<std::uint8_t>(status, 0) & kFull) != 0) return;
+    ++found->second.count;
+    found->second.copies += (e.sent.seen() ? 1U : 0U) + (e.returned.seen() ? 1U : 0U);
+    found->second.last = e.frame();
   }
 
   void On(const mailbox::MailboxErrorReply& e) {
@@ -130,6 +160,8 @@ class MailboxErrorReplyRule final : public Rule {
     if (e.type != 1) finding.Set("type", arg::Hex(e.type));
     AddRelated(finding, e.request.frame.number);
     const FindingIndex index = Report(key, std::move(finding));
+    EndPolls(e.slave);
+    if (index != kNoFinding) polls_[e.slave] = {index, e.frame, e.frame, 0, 0};
     const auto left = unfinished_.find(e.slave);
     if (index != kNoFinding && left != unfinished_.end() && (e.detail == kNoMemory || e.detail == kInWork)) {
       waiting_[index] = left->second;
@@ -146,6 +178,7 @@ class MailboxErrorReplyRule final : public Rule {
 
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
+    while (!polls_.empty()) EndPolls(polls_.begin()->first);
     std::vector<Finding>& findings = context().store.findings();
     for (const auto& [index, request] : waiting_) {
       if (findings[index].caused_by != kNoFinding) continue;
@@ -157,6 +190,33 @@ class MailboxErrorReplyRule final : public Rule {
 
  private:
   static constexpr std::uint64_t kOfProtocol = std::uint64_t{1} << 63U;
+
+  /// Reads of the status of the in mailbox since an error reply.
+  struct Polls {
+    FindingIndex finding = kNoFinding;
+    FrameRef reply, last;
+    std::uint64_t count = 0;
+    std::uint64_t copies = 0;  ///< of their frames in the capture
+  };
+
+  /// They are what the master does if hardly any other frame lies between.
+  void EndPolls(SlaveId slave) {
+    constexpr TimeNs kLong = 500'000'000;
+    const auto found = polls_.find(slave);
+    if (found == polls_.end()) return;
+    const Polls polls = found->second;
+    polls_.erase(found);
+    if (!polls.reply.has_time || !polls.last.has_time) return;
+    const TimeNs took = Elapsed(polls.reply.time, polls.last.time);
+    const std::uint64_t frames = polls.last.number - polls.reply.number;
+    if (took < kLong || polls.copies * 10 < frames * 9) return;
+    Finding& finding = context().store[polls.finding];
+    if (finding.Has(kPollsOn)) return;
+    finding.Set("polls_on", arg::Flag());
+    finding.Add(kPollsOn, {{"polls", arg::Count(polls.count, "read")},
+                           {"polled_ms", arg::Ms(took)},
+                           {"last_poll_frame", arg::Frame(polls.last.number)}});
+  }
 
   /// The protocols of the EEPROM, if the slave rejects one of them; else 0.
   [[nodiscard]] std::uint16_t ListedProtocols(const mailbox::MailboxErrorReply& e) const {
@@ -179,6 +239,7 @@ class MailboxErrorReplyRule final : public Rule {
     }
   }
 
+  std::map<SlaveId, Polls> polls_;
   std::map<SlaveId, FrameNo> unfinished_;    // request of the transfer that the master left open last
   std::map<FindingIndex, FrameNo> waiting_;  // findings that such a transfer may explain
 };

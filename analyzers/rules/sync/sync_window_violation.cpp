@@ -103,7 +103,8 @@ constexpr FindingKind kIrregular{
     .name = "irregular",
     .title = "{missed_share} of the SYNC0 intervals have 0 or 2 frames instead of 1",
     .message = R"(SYNC0 comes every {cycle_us}. From {frame} to {last_frame} in OP, {empty_intervals} had no frame with
-process data, and {double_intervals} had two. That is {missed_share} of {intervals}.[ By their stamps the frames come
+process data, and {double_intervals} had two. That is {missed_share} of {intervals}.[ The longest run without a frame is
+{longest_run}.][ By their stamps the frames come
 {shortest_us} to {longest_us} apart: the master sends irregularly.] A slave that takes its outputs at SYNC0 repeats a set
 point or misses one each time.)",
     .next = R"(Send process data at constant intervals: check real-time priority, the driver of the network card and
@@ -369,6 +370,7 @@ class SyncWindowViolation final : public Rule {
     FrameRef first, last;
     FrameNo longest_before = 0, longest_after = 0;
     std::uint64_t empty = 0, doubled = 0;
+    std::uint64_t longest = 0;               ///< intervals without a frame, one after the other
     TimeNs shortest_ns = 0, longest_ns = 0;  ///< between two frames, by the stamps
     std::uint32_t cycle_ns = 0;
 
@@ -377,6 +379,7 @@ class SyncWindowViolation final : public Rule {
       last = e.frame;
       cycle_ns = e.cycle_ns;
       (e.empty > 0 ? empty : doubled) += std::max<std::uint64_t>(e.empty, 1);
+      longest = std::max(longest, e.empty);
       if (e.crept > 0 || !e.before.has_time || !e.frame.has_time) return;
       const TimeNs apart = Elapsed(e.before.time, e.frame.time);
       if (apart <= 0) return;
@@ -421,6 +424,7 @@ class SyncWindowViolation final : public Rule {
         .Set("double_intervals", arg::Count(misses.doubled, "interval"))
         .Set("intervals", arg::Count(intervals, "interval"))
         .Set("cycle_us", arg::Us(misses.cycle_ns));
+    if (misses.longest > 1) finding.Set("longest_run", arg::Count(misses.longest, "interval"));
     if (misses.Stamped()) {
       finding.Set("shortest_us", arg::Us(misses.shortest_ns)).Set("longest_us", arg::Us(misses.longest_ns));
       AddRelated(finding, misses.longest_before);

@@ -167,6 +167,17 @@ Sample LinkErrors();
 Sample ReadOnlyWrite();
 Sample EepromChecksum();
 Sample EepromAlias();
+// blame.cpp
+Sample LengthOfFrame();
+Sample LengthOfFrameRefused();
+Sample AnsweredAndRepeated();
+Sample AnswerAfterTimeOut();
+Sample SwappedHeader();
+Sample SwitchOnTheBus();
+Sample IrregularMaster();
+Sample CheckSequences();
+Sample EightLostThenFault();
+Sample SdoStopsProcessData();
 // pdo.cpp
 Sample PdoAssignOrder();
 Sample PdoUnsupported();

@@ -98,7 +98,7 @@ TEST(Samples, WiresharkReadsThemWithoutComplaint) {
   for (const MadeSample& one : Made()) {
     const std::string name = one.scenario->name;
     if (name == "truncated") continue;
-    if (name == "malformed" || name == "snaplen") broken += one.file_name() + " ";
+    if (name == "malformed" || name == "snaplen" || name == "swapped-header") broken += one.file_name() + " ";
     files += " '" + (kSamples / "captures" / one.file_name()).string() + "'";
     of_packet.insert(of_packet.end(), one.sample.packets, &one);
   }

@@ -1,0 +1,242 @@
+// Who causes it: the computer of the master, the cable, a slave, or the recorder.
+#include <functional>
+
+#include "samples/builder/scenarios/scenario.h"
+
+namespace ecaudit::samples {
+namespace {
+
+constexpr std::size_t kEthernetHeader = 14;
+constexpr std::size_t kEtherCatHeader = 2;
+constexpr std::size_t kDatagramHeader = 10;
+constexpr std::size_t kWorkingCounterBytes = 2;
+constexpr std::uint16_t kLengthBits = 0x07FF;
+
+/// Changes the bytes of all packets recorded since `from`.
+void ForEachPacket(Story& story, PacketId from, const std::function<void(Bytes&)>& change) {
+  for (PacketId id = from; id < story.capture.recorded(); ++id) change(story.capture.bytes(id));
+}
+
+void StoreWord(Bytes& bytes, std::size_t at, std::uint16_t value) {
+  bytes.at(at) = static_cast<std::uint8_t>(value & 0xFFU);
+  bytes.at(at + 1) = static_cast<std::uint8_t>(value >> 8U);
+}
+
+/// The EtherCAT header has the length of the whole Ethernet frame.
+void WriteFrameLength(Bytes& packet) {
+  StoreWord(packet, kEthernetHeader, static_cast<std::uint16_t>(0x1000U | packet.size()));
+}
+
+/// Header and lengths have their bytes swapped, as a computer of the other byte order writes them.
+void SwapHeaderBytes(Bytes& packet) {
+  std::size_t at = kEthernetHeader + kEtherCatHeader;
+  bool more = true;
+  while (more && at + kDatagramHeader <= packet.size()) {
+    const auto length = LoadLe<std::uint16_t>(packet, at + 6);
+    std::swap(packet[at + 6], packet[at + 7]);
+    more = (length & 0x8000U) != 0;
+    at += kDatagramHeader + (length & kLengthBits) + kWorkingCounterBytes;
+  }
+  std::swap(packet[kEthernetHeader], packet[kEthernetHeader + 1]);
+}
+
+/// The frame check sequence of Ethernet behind the packet.
+void AppendCheckSequence(Bytes& packet) {
+  std::uint32_t crc = 0xFFFFFFFFU;
+  for (const std::uint8_t byte : packet) {
+    crc ^= byte;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
+  }
+  crc = ~crc;
+  for (unsigned i = 0; i < 4; ++i) packet.push_back(static_cast<std::uint8_t>(crc >> 8U * i & 0xFFU));
+}
+
+/// The packets of a frame once more, `later`.
+void RecordAgain(Story& story, const FrameIds& frame, TimeNs sent, TimeNs round_trip) {
+  const Bytes out = story.capture.bytes(*frame.sent);
+  const Bytes back = story.capture.bytes(*frame.returned);
+  story.capture.Raw(out, sent);
+  story.capture.Raw(back, sent + round_trip, true);
+}
+
+void DriveInPreop(Story& story) {
+  story.Add(AkdDrive());
+  story.master.Scan();
+  story.master.BringToPreop();
+}
+
+/// With the assignments read: what the process data hold shows in the capture.
+void DriveEnabled(Story& story) {
+  DriveInPreop(story);
+  for (const std::uint16_t assignment : {std::uint16_t{0x1C12}, std::uint16_t{0x1C13}}) {
+    story.master.Upload(0, assignment, 0);
+    story.master.Upload(0, assignment, 1);
+  }
+  story.master.BringToSafeop();
+  story.master.BringToOp();
+  story.EnableDrive(0);
+}
+
+}  // namespace
+
+Sample LengthOfFrame() {
+  Story story;
+  PlayHealthyRun(story);
+  ForEachPacket(story, 0, WriteFrameLength);
+  return story.Finish();
+}
+
+Sample LengthOfFrameRefused() {
+  MasterWay way = WayOf("soem");
+  way.mailbox_interval = 50 * kMs;
+  Story story(way);
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.BringToPreop();
+  drive.coe().behaviour().reads_requests = false;
+  const SdoAnswer ignored = master.Upload(0, 0x1018, 1);
+  for (int i = 0; i < 3; ++i) {
+    master.Upload(0, 0x1018, 2);
+    master.Wait(50 * kMs);
+  }
+  ForEachPacket(story, 0, WriteFrameLength);
+  story.Expect("mailbox-no-response", 0, ignored.request, "the out mailbox stays full");
+  story.Expect("mailbox-overrun", 0, "each further request is refused").Optional();
+  return story.Finish();
+}
+
+Sample AnsweredAndRepeated() {
+  Story story;
+  DriveInPreop(story);
+  ScriptedMaster& master = story.master;
+  const Answer answer = master.Fprd(master.station(0), reg::kDlStatus, 2);
+  for (int i = 0; i < 5; ++i) {
+    master.Wait(2 * kMs);
+    RecordAgain(story, answer.frame, master.now(), 18'000);
+  }
+  master.Wait(2 * kMs);
+  master.Upload(0, 0x1018, 1);
+  master.ShutDown();
+  story.Expect("frame-repeated", -1, answer.frame, "answered after microseconds, and sent five times more").Times(5);
+  return story.Finish();
+}
+
+Sample AnswerAfterTimeOut() {
+  Story story;
+  DriveInPreop(story);
+  ScriptedMaster& master = story.master;
+  master.LoseNext(1);
+  const Answer answer = master.Fprd(master.station(0), reg::kDlStatus, 2);
+  // The answer to the frame that was given up comes after all, behind that of the second one.
+  Bytes back = story.capture.bytes(*answer.frame.returned);
+  story.capture.Raw(std::move(back), master.now() + 4'000, true);
+  master.Wait(2 * kMs);
+  master.Upload(0, 0x1018, 1);
+  master.ShutDown();
+  story.Expect("frame-repeated", -1, "the answer came after the time-out of 2 ms");
+  return story.Finish();
+}
+
+Sample SwappedHeader() {
+  Story story;
+  DriveInPreop(story);
+  ForEachPacket(story, 0, SwapHeaderBytes);
+  story.Expect("frame-malformed", -1, "header and lengths in the wrong byte order");
+  return story.Finish();
+}
+
+Sample SwitchOnTheBus() {
+  Story story;
+  DriveInPreop(story);
+  ScriptedMaster& master = story.master;
+  const Bytes hello{0x01, 0x80, 0xC2, 0x00, 0x00, 0x00, 0x00, 0x1B, 0x21, 0x33, 0x44, 0x55, 0x00, 0x27, 0x42,
+                    0x42, 0x03, 0x00, 0x00, 0x02, 0x02, 0x3C, 0x80, 0x00, 0x00, 0x1B, 0x21, 0x33, 0x44, 0x55,
+                    0x00, 0x00, 0x00, 0x00, 0x80, 0x00, 0x00, 0x1B, 0x21, 0x33, 0x44, 0x55, 0x80, 0x01, 0x00,
+                    0x00, 0x14, 0x00, 0x02, 0x00, 0x0F, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00};
+  const PacketId first = master.Foreign(hello);
+  master.Upload(0, 0x1018, 1);
+  master.Wait(2'000 * kMs);
+  master.Foreign(hello);
+  master.ShutDown();
+  story.Expect("bus-switch", -1, FrameIds{.sent = first}, "spanning tree from another sender");
+  return story.Finish();
+}
+
+Sample IrregularMaster() {
+  Story story;
+  story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.BringToPreop();
+  master.SetUpClocks(8);
+  master.BringToSafeop();
+  master.StartSync0(0, static_cast<std::uint32_t>(kMs));
+  // SYNC0 begins a while after it is switched on.
+  master.Wait(120 * kMs);
+  master.WaitUntil((master.now() / kMs + 1) * kMs + kMs * 8 / 10);
+  master.BringToOp({.cycle = kMs, .distributes_time = true});
+  master.Cycles(30);
+  // The first ones stay within their interval.
+  int next = master.next_cycle();
+  for (int i = 0; i < 20; ++i) master.ChangeCycle(next + i, {.shift = i % 2 == 0 ? 300'000 : -300'000});
+  master.Cycles(20);
+  next = master.next_cycle();
+  for (int i = 0; i < 40; i += 4) master.ChangeCycle(next + i, {.shift = 700'000});
+  master.Cycles(2);
+  const FrameIds until = master.last_cyclic();
+  master.Cycles(40);
+  story.Expect("sync-window-violation", 0, "frames 700 us late: an interval without and one with two").Until(until);
+  story.Expect("sync-window-violation", 0, "the other kind of interval").Optional();
+  master.ShutDown();
+  return story.Finish();
+}
+
+Sample CheckSequences() {
+  Story story;
+  PlayHealthyRun(story);
+  ForEachPacket(story, 0, AppendCheckSequence);
+  return story.Finish();
+}
+
+Sample EightLostThenFault() {
+  Story story;
+  DriveEnabled(story);
+  story.Move(0, 0, 2000, 40);
+  const int next = story.master.next_cycle();
+  for (int i = 0; i < 8; ++i) story.master.ChangeCycle(next + i, {.lose = true});
+  story.master.Cycles(8);
+  story.Expect("frame-lost", -1, "eight frames in a row").Times(8);
+  story.bus.slave(0).drive().FaultAt(story.master.now());
+  story.master.Cycles(30);
+  story.Expect("drive-fault", 0, "the fault that follows");
+  story.Expect("sync-lost", 0, "eight frames missing: F125").Optional();
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample SdoStopsProcessData() {
+  Story story;
+  DriveInPreop(story);
+  ScriptedMaster& master = story.master;
+  master.BringToSafeop();
+  master.BringToOp();
+  master.Cycles(40);
+  master.StopCyclic();
+  story.bus.slave(0).coe().behaviour().reads_requests = false;
+  master.WriteMailbox(0, 3, {0x00, 0x20, 0x40, 0x60, 0x60, 0x00, 0x00, 0x00, 0x00, 0x00});
+  for (int i = 0; i < 38; ++i) {
+    master.Wait(4 * kMs);
+    master.Fprd(master.station(0), reg::kSyncManager + 13, 1);
+  }
+  story.bus.slave(0).coe().behaviour().reads_requests = true;
+  master.ReadMailbox(0, 100 * kMs);
+  master.StartCyclic({});
+  master.Cycles(1);
+  story.Expect("sync-watchdog-margin", 0, "152 ms without outputs, while the master waits for 6060h")
+      .Until(master.last_cyclic());
+  master.Cycles(20);
+  return story.Finish();
+}
+
+}  // namespace ecaudit::samples
