@@ -85,6 +85,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   observation.Run(source, WhatToRead(options));
 
   AnalysisResult result = Summarise(source, observation);
+  result.slave_names = options.slave_names;
   for (const auto& collector : collectors) collector->Summarise(result);
   for (SlaveSummary& slave : result.slaves) {
     slave.esi_demands = startup::EsiDemandsOf(context.slave(slave.id),

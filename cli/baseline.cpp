@@ -214,9 +214,8 @@ void KeepOfOtherRules(std::span<const report::CaptureDigest> captures, const Bas
   }
 }
 
-std::string Named(const Fingerprint& fingerprint) {
-  return fingerprint.rule + " of " +
-         (fingerprint.slave ? "slave " + std::to_string(*fingerprint.slave) : std::string("the bus"));
+std::string Named(const Fingerprint& fingerprint, const SlaveNames& names) {
+  return fingerprint.rule + " of " + (fingerprint.slave ? names.Of(*fingerprint.slave) : std::string("the bus"));
 }
 
 std::string Write(const Baseline& all) {
@@ -307,7 +306,7 @@ std::vector<std::string> ExpiredEntries(const Baseline& baseline) {
                       Suggestion(fingerprint.rule, ids, "ecaudit rules"));
     }
     if (!accepted.expired || accepted.by_title) continue;
-    texts.push_back(Named(fingerprint) + " was accepted until " + accepted.expires + " only, and counts again" +
+    texts.push_back(Named(fingerprint, {}) + " was accepted until " + accepted.expires + " only, and counts again" +
                     (accepted.reason.empty() ? "" : " (" + accepted.reason + ")"));
   }
   if (by_title > 0) {
@@ -365,7 +364,9 @@ std::vector<std::string> UnmatchedEntries(const Baseline& baseline,
       ++hidden;
       continue;
     }
-    if (fixed++ < kNamed) named += (named.empty() ? "" : ", ") + Named(fingerprint);
+    if (fixed++ < kNamed)
+      named += (named.empty() ? "" : ", ") +
+               Named(fingerprint, captures.empty() ? SlaveNames{} : captures.front()->slave_names);
   }
   std::vector<std::string> texts;
   if (fixed > 0) {

@@ -90,7 +90,8 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   } else {
     out.report.result = Analyse(**source, analysis);
   }
-  for (const SlaveSelector& slave : settings.slaves) selection.slaves.push_back(NameOf(slave));
+  for (const SlaveSelector& slave : settings.slaves)
+    selection.slaves.push_back(NameOf(slave, settings.analysis.slave_names));
   const CaptureSummary& read = out.report.result.capture;
   const bool nothing = window != nullptr ? !window->reached() : read.packets == 0;
   if (nothing && read.file.packets > 0 && selection.leaves_out() && !stop) {
@@ -103,7 +104,9 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   if (!report::WithoutEtherCat(out.report.result)) out.unmet = UnmetSlaves(settings.analysis, out.report.result);
   if (!report::WithoutEtherCat(out.report.result)) out.missing = MissingSlaves(settings.slaves, out.report.result);
   const std::size_t slaves = out.report.result.slaves.size();
-  if (!settings.slaves.empty()) out.slaves_there = SlavesThere(out.report.result);
+  if (const std::string there = SlavesThere(out.report.result); !settings.slaves.empty() && !there.empty()) {
+    out.slaves_there = "slaves count from " + out.report.result.slave_names.Number(0) + ", and there is " + there;
+  }
   out.lacks_slave = !report::WithoutEtherCat(out.report.result) &&
                     KeepSlaves(settings.slaves, out.report.result) == 0 && !settings.slaves.empty();
   if (out.lacks_slave) out.missing.clear();

@@ -44,7 +44,7 @@ struct WantedExtras {
 struct CheckedCapture {
   report::CaptureReport report;
   bool lacks_slave = false;          ///< --slave names none of its slaves
-  std::string slaves_there;          ///< what it has instead: "0 (AKD, 0x1001)"
+  std::string slaves_there;          ///< what it has instead: "slaves count from 0, and there is 0 (AKD, 0x1001)"
   std::vector<std::string> missing;  ///< slaves of --slave that it does not show, when it shows others of them
   std::vector<std::string> unmet;    ///< slaves that --profile or --parameter name and the capture does not show
   std::vector<std::string> notices;  ///< sentences about the range that the user may not expect

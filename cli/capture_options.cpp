@@ -87,6 +87,13 @@ std::optional<Error> ApplyRequire(const std::optional<std::string>& text, Requir
   return std::nullopt;
 }
 
+std::optional<Error> ApplyCountFrom(const std::optional<std::string>& text, SlaveNames& names) {
+  if (!text) return std::nullopt;
+  if (*text != "0" && *text != "1") return Error{"--count-from is " + Quoted(*text) + " but must be 0 or 1"};
+  names.from_one = *text == "1";
+  return std::nullopt;
+}
+
 /// The configuration file for `capture`, if there is one.
 Result<std::optional<Config>> ConfigFor(const CaptureOptions& options, const std::string& capture) {
   if (options.no_config) return std::optional<Config>();
@@ -181,6 +188,9 @@ void CaptureOptions::DeclareSettings(OptionSet& options) {
   options.Group("What to read");
   options.Values("--slave", "SLAVE", slaves,
                  "report only this slave: position 0 (the first), address 0x1001, or name (repeatable)");
+  options.Value("--count-from", "N", count_from,
+                "the number of the first slave, in texts and where SLAVE is typed: 0 (default) or 1");
+  options.Words({"0", "1"});
   options.Values("--interface", "N", interfaces, "read only interface N of the capture, 0 is the first (repeatable)");
   options.Value("--from", "START", from,
                 "start here: seconds from the first frame, #760, 02:13:07.250, or 2026-03-02T02:13Z");
@@ -223,16 +233,19 @@ void GateOptions::Declare(OptionSet& options) {
   options.Value("--write-baseline", "FILE", write_baseline, "write all findings of this run to FILE");
 }
 
-Result<SlaveSelector> ParseSlave(std::string_view text) {
+Result<SlaveSelector> ParseSlave(std::string_view text, const SlaveNames& names) {
   const bool by_address = text.starts_with("0x") || text.starts_with("0X");
   const auto value =
       by_address ? ParseUnsigned<std::uint16_t>(text.substr(2), 16) : ParseUnsigned<std::uint16_t>(text, 10);
   if (!value) return Error{Quoted(text) + " is not a slave: give a position such as 0, or an address such as 0x1001"};
-  return SlaveSelector{by_address, *value};
+  if (by_address) return SlaveSelector{true, *value};
+  const std::optional<SlavePos> position = names.Position(*value);
+  if (!position) return Error{Quoted(text) + " is not a slave: with --count-from 1 the first slave is 1"};
+  return SlaveSelector{false, *position};
 }
 
-Result<SlaveSelector> ParseShownSlave(std::string_view text) {
-  Result<SlaveSelector> slave = ParseSlave(text);
+Result<SlaveSelector> ParseShownSlave(std::string_view text, const SlaveNames& names) {
+  Result<SlaveSelector> slave = ParseSlave(text, names);
   if (slave) {
     constexpr std::size_t kAddressDigits = 4;
     if (!slave->by_address && text.size() == kAddressDigits) {
@@ -290,7 +303,7 @@ std::optional<Error> AddProfile(std::string_view text, AnalysisOptions& analysis
     analysis.default_profile = name;
     return std::nullopt;
   }
-  const Result<SlaveSelector> slave = ParseSlave(text.substr(0, equals));
+  const Result<SlaveSelector> slave = ParseSlave(text.substr(0, equals), analysis.slave_names);
   if (!slave) return slave.error();
   // A later setting replaces an earlier one: the command line is applied after the configuration file.
   std::erase_if(analysis.slave_profiles, [&](const auto& entry) {
@@ -309,7 +322,7 @@ std::optional<Error> AddParameter(std::string_view text, AnalysisOptions& analys
     return Error{"--parameter is " + Quoted(text) + " but must be NAME=VALUE, with a NAME of ecaudit profiles FAMILY"};
   }
   if (colon != std::string_view::npos) {
-    const Result<SlaveSelector> slave = ParseSlave(left.substr(0, colon));
+    const Result<SlaveSelector> slave = ParseSlave(left.substr(0, colon), analysis.slave_names);
     if (!slave) return slave.error();
     parameter.slave = *slave;
   }
@@ -358,7 +371,16 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
   settings.families.insert(settings.families.end(), options.families.begin(), options.families.end());
   if (auto error = ReadDeviceFiles(options, settings)) return *error;
 
+  // Before the first slave is named. A file counts as it says itself, the command line as the options say.
   if (config) {
+    if (auto error = ApplyCountFrom(config->count_from, settings.analysis.slave_names)) return In(config->path, *error);
+  }
+  const SlaveNames names_of_file = settings.analysis.slave_names;
+  if (auto error = ApplyCountFrom(options.count_from, settings.analysis.slave_names)) return *error;
+  const SlaveNames names_typed = settings.analysis.slave_names;
+
+  if (config) {
+    settings.analysis.slave_names = names_of_file;
     settings.config = config->path;
     if (auto error = ApplyNames(config->profiles, config->parameters, config->rules, settings.analysis))
       return In(config->path, *error);
@@ -366,6 +388,7 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
     if (auto error = ApplyRequire(config->require, settings.required)) return In(config->path, *error);
     settings.baseline = config->baseline.value_or("");
     settings.analysis.limits = config->limits;
+    settings.analysis.slave_names = names_typed;
   }
   if (auto error = ApplyNames(options.profiles, options.parameters, gate.rules, settings.analysis)) return *error;
   if (auto error = ApplyFailOn(gate.fail_on, settings.fail_on)) return *error;
@@ -379,7 +402,7 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
     settings.analysis.interfaces.push_back(*interface);
   }
   for (const std::string& text : options.slaves) {
-    const Result<SlaveSelector> slave = ParseShownSlave(text);
+    const Result<SlaveSelector> slave = ParseShownSlave(text, settings.analysis.slave_names);
     if (!slave) return slave.error();
     settings.slaves.push_back(*slave);
   }

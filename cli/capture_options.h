@@ -31,6 +31,7 @@ struct CaptureOptions {
   std::vector<std::string> esi;
   std::optional<std::string> eni;
   std::vector<std::string> slaves;
+  std::optional<std::string> count_from;  ///< --count-from: "0" or "1"
   std::vector<std::string> interfaces;
   std::optional<std::string> from, to, around, window;
   bool isolate = false;     ///< packets outside the range are not evaluated
@@ -102,9 +103,10 @@ void AddFiles(const Settings& settings, CommandFiles& files);
 // The parts, for tests.
 
 /// "0" is a position, "0x1001" a station address.
-[[nodiscard]] Result<SlaveSelector> ParseSlave(std::string_view text);
+/// @param names  how `text` counts slaves
+[[nodiscard]] Result<SlaveSelector> ParseSlave(std::string_view text, const SlaveNames& names = {});
 /// The same for --slave, as reports print slaves: also "1001" for the address 0x1001, and a name such as "AKD".
-[[nodiscard]] Result<SlaveSelector> ParseShownSlave(std::string_view text);
+[[nodiscard]] Result<SlaveSelector> ParseShownSlave(std::string_view text, const SlaveNames& names = {});
 /// "0" is the first interface of a capture.
 [[nodiscard]] Result<std::uint16_t> ParseInterface(std::string_view text);
 /// "al-timeout=warning", "sdo-abort=off".

@@ -115,7 +115,7 @@ std::string CaptureRun::WithoutSlave(const std::pair<std::string, std::string>& 
   std::string slaves;
   for (const std::string& slave : options.slaves) slaves += (slaves.empty() ? "" : " or ") + slave;
   return capture.first + " has no slave " + slaves +
-         (capture.second.empty() ? "; it shows no slave" : "; slaves count from 0, and there is " + capture.second);
+         (capture.second.empty() ? "; it shows no slave" : "; " + capture.second);
 }
 
 ExitStatus CaptureRun::ReportMissingSlaves(const report::Report& report, Console& console) const {

@@ -17,9 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kFileName = ".ecaudit.json";
-constexpr std::array<std::string_view, 11> kKeys{"profile", "profiles", "slave_profiles", "parameters", "rules",
-                                                 "fail_on", "require",  "baseline",       "limits",     "esi",
-                                                 "eni"};
+constexpr std::array<std::string_view, 12> kKeys{"profile", "profiles",  "slave_profiles", "parameters", "rules",
+                                                 "fail_on", "require",   "baseline",       "limits",     "esi",
+                                                 "eni",     "count_from"};
 
 /// Limits that rules let a project change; each rule's page (`ecaudit explain`) shows its own.
 constexpr std::array<std::string_view, 11> kLimits{"al-timeout.preop",
@@ -107,6 +107,10 @@ Result<Config> ReadConfig(const std::string& path) {
       error = ReadAssignments(value, key, path, config.profiles);
     } else if (key == "parameters") {
       error = ReadParameters(value, config);
+    } else if (key == "count_from") {
+      const std::optional<std::uint64_t> number = value.natural();
+      if (!number) return Wrong(path, "'count_from' must be 0 or 1");
+      config.count_from = std::to_string(*number);
     } else if (key == "limits") {
       error = ReadLimits(value, config);
     } else if (key == "esi") {

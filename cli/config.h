@@ -19,6 +19,7 @@ struct Config {
   std::vector<std::string> families;                        ///< as --profiles; the file has it relative to its folder
   std::vector<std::string> rules;                           ///< as --rule: "ID=SEVERITY"
   std::optional<std::string> fail_on;                       ///< as --fail-on
+  std::optional<std::string> count_from;                    ///< as --count-from; the file has a number
   std::optional<std::string> require;                       ///< as --require
   std::optional<std::string> baseline;                      ///< as --baseline; the file has it relative to its folder
   std::vector<std::string> esi;                             ///< as --esi, likewise

@@ -22,9 +22,10 @@ bool IsThere(const Rung* rung) {
   return rung->status == RungStatus::kLost;  // what comes after the start-up is not its matter
 }
 
-void AddMissing(const SlaveSummary& slave, const Rung* rung, std::vector<std::string>& missing) {
+void AddMissing(const SlaveSummary& slave, const SlaveNames& names, const Rung* rung,
+                std::vector<std::string>& missing) {
   if (IsThere(rung)) return;
-  std::string text = "slave " + std::to_string(slave.position) + ": " + std::string(rung->rung->text) +
+  std::string text = names.Of(slave.position) + ": " + std::string(rung->rung->text) +
                      " is expected and has the status " + std::string(Name(rung->status));
   if (rung->why != nullptr) text += " (" + std::string(rung->why->text) + ")";
   missing.push_back(std::move(text));
@@ -53,13 +54,14 @@ std::vector<std::string> RungsMissing(const Expectation& expectation, const Anal
     if (IsReported(slave, result) || EndsBefore(slave, result)) continue;
     if (Expects(expected, StartupKey::Kind::kRequest,
                 [](std::uint32_t state) { return state == static_cast<std::uint32_t>(esc::AlState::OP); })) {
-      AddMissing(slave, slave.progress.Find("op"), missing);
+      AddMissing(slave, result.slave_names, slave.progress.Find("op"), missing);
     }
     if (!Expects(expected, StartupKey::Kind::kDrive,
                  [](std::uint32_t word) { return (word & kEnableOperation) != 0; })) {
       continue;
     }
-    for (const AxisLadder& axis : slave.axes) AddMissing(slave, axis.ladder.Find("enabled"), missing);
+    for (const AxisLadder& axis : slave.axes)
+      AddMissing(slave, result.slave_names, axis.ladder.Find("enabled"), missing);
   }
   return missing;
 }

@@ -46,10 +46,6 @@ std::optional<std::uint64_t> ParsePercent(std::string_view text) {
   return *number;
 }
 
-std::string Slaves(const std::set<unsigned>& positions) {
-  return (positions.size() == 1 ? "slave " : "slaves ") + report::Ranges(positions);
-}
-
 /// "slave 1 is in PREOP+ERR", "slaves 2-3 are in SAFEOP", "the AL state of slave 4 is not in the capture"
 /// @param part  --slave left out slaves, and broadcasts show those as well
 void AddOtherStates(esc::AlState wanted, const AnalysisResult& result, bool part, std::vector<std::string>& missing) {
@@ -76,10 +72,11 @@ void AddOtherStates(esc::AlState wanted, const AnalysisResult& result, bool part
                       ", frame " + std::to_string(result.bus.al->last.number));
   }
   for (const auto& [status, positions] : others) {
-    missing.push_back(state + ": " + Slaves(positions) + (positions.size() == 1 ? " is in " : " are in ") +
-                      esc::StatusText(status) + " at the end");
+    missing.push_back(state + ": " + result.slave_names.Of(positions) +
+                      (positions.size() == 1 ? " is in " : " are in ") + esc::StatusText(status) + " at the end");
   }
-  if (!unknown.empty()) missing.push_back(state + ": the AL state of " + Slaves(unknown) + " is not in the capture");
+  if (!unknown.empty())
+    missing.push_back(state + ": the AL state of " + result.slave_names.Of(unknown) + " is not in the capture");
 }
 
 /// "reached=OP: slave 1 never shows OP"
@@ -100,11 +97,12 @@ void AddNeverReached(esc::AlState wanted, const AnalysisResult& result, std::vec
   }
   const std::string name = esc::StateName(static_cast<std::uint8_t>(wanted));
   if (!never.empty()) {
-    missing.push_back("reached=" + name + ": " + Slaves(never) + " never " + (never.size() == 1 ? "shows " : "show ") +
-                      name);
+    missing.push_back("reached=" + name + ": " + result.slave_names.Of(never) + " never " +
+                      (never.size() == 1 ? "shows " : "show ") + name);
   }
   if (!unknown.empty()) {
-    missing.push_back("reached=" + name + ": the AL history of " + Slaves(unknown) + " is too long to be kept");
+    missing.push_back("reached=" + name + ": the AL history of " + result.slave_names.Of(unknown) +
+                      " is too long to be kept");
   }
 }
 
@@ -144,7 +142,7 @@ void AddMissingAxes(const std::string& code, const AnalysisResult& result, std::
   for (const SlaveSummary& slave : result.slaves) {
     for (const AxisLadder& axis : slave.axes) {
       any = true;
-      std::string whose = "slave " + std::to_string(slave.position);
+      std::string whose = result.slave_names.Of(slave.position);
       if (slave.axes.size() > 1 || axis.axis > 0) whose += " axis " + std::to_string(axis.axis + 1);
       AddMissingRung("axis=" + code, whose, axis.ladder.Find(code), missing);
     }
@@ -163,7 +161,7 @@ void AddMissingSync(const AnalysisResult& result, std::size_t hidden, std::vecto
     const Rung* const rung = slave.progress.Find("sync");
     if (rung != nullptr && rung->status == RungStatus::kNotAsked) continue;
     any = true;
-    AddMissingRung("sync=ok", "slave " + std::to_string(slave.position), rung, missing);
+    AddMissingRung("sync=ok", result.slave_names.Of(slave.position), rung, missing);
   }
   if (!any) missing.push_back("sync=ok: the capture shows no slave with SYNC0");
   if (any && hidden > 0) {

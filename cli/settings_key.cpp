@@ -103,6 +103,7 @@ std::string SettingsKey(const Settings& settings) {
     PutFile(key, "baseline", settings.baseline);
     key.Put("catalogue", catalogue);
     key.Put("config", settings.config);
+    if (analysis.slave_names.from_one) key.Put("count_from", 1U);
     key.Put("default_profile", analysis.default_profile);
     PutFile(key, "eni", settings.eni.value_or(""));
     PutRows(key, "esi", settings.esi, AddFileNameAndHash);

@@ -32,17 +32,17 @@ std::string SlavesThere(const AnalysisResult& result) {
   std::string there;
   for (std::size_t i = 0; i < result.slaves.size() && i < kNamed; ++i) {
     const SlaveSummary& slave = result.slaves[i];
-    const std::string label =
-        report::SlaveLabel(slave.position, report::PrintableLines(slave.name), slave.station_address);
+    const std::string label = report::SlaveLabel(result.slave_names, slave.position, report::PrintableLines(slave.name),
+                                                 slave.station_address);
     there += (there.empty() ? "" : ", ") + label.substr(kPrefix.size());
   }
   if (result.slaves.size() > kNamed) there += " and " + std::to_string(result.slaves.size() - kNamed) + " more";
   return there;
 }
 
-std::string NameOf(const SlaveSelector& selector) {
+std::string NameOf(const SlaveSelector& selector, const SlaveNames& names) {
   if (!selector.name.empty()) return selector.name;
-  return selector.by_address ? Hex(selector.value) : std::to_string(selector.value);
+  return selector.by_address ? Hex(selector.value) : names.Number(selector.value);
 }
 
 std::vector<std::string> MissingSlaves(std::span<const SlaveSelector> selectors, const AnalysisResult& result) {
@@ -50,7 +50,7 @@ std::vector<std::string> MissingSlaves(std::span<const SlaveSelector> selectors,
   for (const SlaveSelector& selector : selectors) {
     if (std::none_of(result.slaves.begin(), result.slaves.end(),
                      [&](const SlaveSummary& slave) { return Selects(selector, slave); })) {
-      missing.push_back(NameOf(selector));
+      missing.push_back(NameOf(selector, result.slave_names));
     }
   }
   return missing;
@@ -63,7 +63,7 @@ std::vector<std::string> UnmetSlaves(const AnalysisOptions& options, const Analy
                     [&](const SlaveSummary& slave) { return Selects(selector, slave); })) {
       return;
     }
-    std::string name = NameOf(selector);
+    std::string name = NameOf(selector, result.slave_names);
     if (std::find(unmet.begin(), unmet.end(), name) == unmet.end()) unmet.push_back(std::move(name));
   };
   for (const auto& [selector, profile] : options.slave_profiles) look(selector);

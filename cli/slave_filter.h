@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analyzers/options/options.h"
+#include "analyzers/options/slave_names.h"
 #include "analyzers/result/analysis_result.h"
 
 namespace ecaudit::cli {
@@ -16,7 +17,7 @@ namespace ecaudit::cli {
 [[nodiscard]] std::string SlavesThere(const AnalysisResult& result);
 
 /// "0", "0x1001", "AKD": as the user names it.
-[[nodiscard]] std::string NameOf(const SlaveSelector& selector);
+[[nodiscard]] std::string NameOf(const SlaveSelector& selector, const SlaveNames& names);
 
 /// Those of `selectors` that name no slave of the capture.
 [[nodiscard]] std::vector<std::string> MissingSlaves(std::span<const SlaveSelector> selectors,

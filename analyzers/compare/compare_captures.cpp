@@ -162,10 +162,6 @@ std::string SmText(const SyncManagerSummary& manager) {
          (manager.enabled ? ", enabled" : ", disabled");
 }
 
-std::string PlaceText(const SlaveSummary& slave) {
-  return "slave " + std::to_string(slave.position);
-}
-
 /// Whether the capture shows that no slave is at this position but those it holds.
 bool ShowsAbsence(const AnalysisResult& result, SlavePos position) {
   const std::optional<std::uint16_t>& count = result.bus.slave_count;
@@ -238,6 +234,8 @@ class Builder {
   }
 
  private:
+  [[nodiscard]] const SlaveNames& names() const { return a_.slave_names; }
+
   Difference& Add(Area area, int rank, std::optional<std::size_t> pair, std::string what, std::string in_a,
                   std::string in_b) {
     Difference& d = out_.differences.emplace_back();
@@ -271,7 +269,8 @@ class Builder {
         used[*matches[i].place] = true;
       }
       if (matches[i].moved) {
-        Add(Area::kBus, kRankBus, out_.pairs.size(), "place on the bus", PlaceText(*pair.a), PlaceText(*pair.b));
+        Add(Area::kBus, kRankBus, out_.pairs.size(), "place on the bus", names().Of(pair.a->position),
+            names().Of(pair.b->position));
       }
       out_.pairs.push_back(pair);
     }
@@ -283,7 +282,7 @@ class Builder {
       if (pair.a != nullptr && pair.b != nullptr) continue;
       const SlaveSummary& met = pair.a != nullptr ? *pair.a : *pair.b;
       if (!ShowsAbsence(pair.a != nullptr ? b_ : a_, met.position)) {
-        out_.notes.push_back("slave " + std::to_string(met.position) + ": met in " + (pair.a != nullptr ? "A" : "B") +
+        out_.notes.push_back(names().Of(met.position) + ": met in " + (pair.a != nullptr ? "A" : "B") +
                              " only; which slaves are on the bus " + (pair.a != nullptr ? "B" : "A") +
                              " does not show");
         continue;
@@ -323,9 +322,7 @@ class Builder {
   /// Such slaves are matched by their position only.
   void AddUnknownIdentities() {
     for (const auto& [where, positions] : unidentified_) {
-      std::string list;
-      for (const unsigned position : positions) list += (list.empty() ? "" : ", ") + std::to_string(position);
-      out_.notes.push_back((positions.size() == 1 ? "slave " : "slaves ") + list + ": the identity is not in " +
+      out_.notes.push_back(names().List(positions, positions.size()) + ": the identity is not in " +
                            (where == "both" ? "either capture" : where) + ", so matched by position");
     }
   }
@@ -348,7 +345,7 @@ class Builder {
     const StartupSummary& a = pair.a->startup;
     const StartupSummary& b = pair.b->startup;
     if (ShowsStartup(a) != ShowsStartup(b)) {
-      out_.notes.push_back("slave " + std::to_string(pair.a->position) + ": only " + (ShowsStartup(a) ? "A" : "B") +
+      out_.notes.push_back(names().Of(pair.a->position) + ": only " + (ShowsStartup(a) ? "A" : "B") +
                            " holds its start-up, so what is configured at the end is compared");
     }
     if (!ShowsStartup(a) || !ShowsStartup(b)) return Configuration(p);
@@ -357,7 +354,7 @@ class Builder {
     const std::string reached_a = StateReached(a, with_drive);
     const std::string reached_b = StateReached(b, with_drive);
     if ((a.reached == 0) != (b.reached == 0)) {
-      out_.notes.push_back("slave " + std::to_string(pair.a->position) + ": " + (a.reached == 0 ? "A" : "B") +
+      out_.notes.push_back(names().Of(pair.a->position) + ": " + (a.reached == 0 ? "A" : "B") +
                            " does not show its AL states, so what its start-up came to is not compared");
     } else if (reached_a != reached_b) {
       const bool one_refused = (FailedAt(a) == 0) != (FailedAt(b) == 0);
@@ -654,8 +651,7 @@ class Builder {
     std::erase_if(steps, [&](const StartupStep* step) {
       const std::string why = WhyHidden(of_a ? b_ : a_, other, *step);
       if (why.empty()) return false;
-      std::string note =
-          "slave " + std::to_string(other->position) + ": " + (of_a ? "B" : "A") + " does not show " + why;
+      std::string note = names().Of(other->position) + ": " + (of_a ? "B" : "A") + " does not show " + why;
       if (std::find(out_.notes.begin(), out_.notes.end(), note) == out_.notes.end()) {
         out_.notes.push_back(std::move(note));
       }

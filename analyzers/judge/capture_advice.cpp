@@ -30,7 +30,7 @@ constexpr std::size_t kWays = 8;
 
 struct Opened {
   std::uint64_t judgements = 0;
-  std::set<SlavePos> slaves;  ///< empty: the bus
+  std::set<unsigned> slaves;  ///< empty: the bus
 };
 
 using Lines = std::map<std::string_view, std::vector<const NotEvaluable*>>;  // by rule
@@ -85,19 +85,9 @@ std::optional<Way> WayTo(const AnalysisResult& result, const RuleCoverage& rule,
   return IsMappingOpen(*slave) ? std::optional(Way::kTellMapping) : std::nullopt;
 }
 
-/// "slave 1", "slaves 0, 2 and 5 more"
-std::string Named(const std::set<SlavePos>& slaves) {
+std::string TextOf(Way way, const std::set<unsigned>& slaves, const AnalysisResult& result) {
   constexpr std::size_t kNamed = 4;
-  std::string text = slaves.size() == 1 ? "slave " : "slaves ";
-  std::size_t named = 0;
-  for (const SlavePos position : slaves) {
-    if (named == kNamed) return text + " and " + std::to_string(slaves.size() - named) + " more";
-    text += (named++ == 0 ? "" : ", ") + std::to_string(position);
-  }
-  return text;
-}
-
-std::string TextOf(Way way, const std::set<SlavePos>& slaves, const AnalysisResult& result) {
+  const std::string named = result.slave_names.List(slaves, kNamed);
   switch (way) {
     case Way::kBothDirections:
       return result.capture.direction == DirectionSeen::kNone
@@ -110,17 +100,17 @@ std::string TextOf(Way way, const std::set<SlavePos>& slaves, const AnalysisResu
       }
       return "from before the master starts: how slaves are addressed and set up is seen only then";
     case Way::kReadStatus:
-      return "let the master read AL Status (0x0130) of " + Named(slaves);
+      return "let the master read AL Status (0x0130) of " + named;
     case Way::kReadStatusCode:
-      return "let the master read AL Status (0x0130) with its code (0x0134), 6 bytes, of " + Named(slaves);
+      return "let the master read AL Status (0x0130) with its code (0x0134), 6 bytes, of " + named;
     case Way::kTellMapping:
-      return "read 1C12h, 1C13h and the PDOs in them of " + Named(slaves) + " by SDO, or give --esi or --eni";
+      return "read 1C12h, 1C13h and the PDOs in them of " + named + " by SDO, or give --esi or --eni";
     case Way::kStampBetter:
       return "with stamps of a probe or of the network card instead of the computer's";
     case Way::kReadDifference:
-      return "let the master read the time difference (0x092C) of " + Named(slaves) + " in OP";
+      return "let the master read the time difference (0x092C) of " + named + " in OP";
     case Way::kReadLinkCounters:
-      return "read the error counters (0x0300 to 0x0313) of " + Named(slaves) + " twice, at the beginning and the end";
+      return "read the error counters (0x0300 to 0x0313) of " + named + " twice, at the beginning and the end";
   }
   return {};
 }

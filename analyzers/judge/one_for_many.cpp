@@ -9,6 +9,7 @@
 
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/rule.h"
+#include "analyzers/options/slave_names.h"
 
 namespace ecaudit {
 namespace {
@@ -40,27 +41,13 @@ std::vector<Group> Clusters(const std::vector<Finding>& findings, Group group, b
   return clusters;
 }
 
-/// "0-3, 7"
-std::string Ranges(std::vector<SlavePos> positions) {
-  std::sort(positions.begin(), positions.end());
-  std::string text;
-  for (std::size_t i = 0; i < positions.size();) {
-    std::size_t end = i + 1;
-    while (end < positions.size() && positions[end] - positions[end - 1] <= 1) ++end;
-    text += (text.empty() ? "" : ", ") + std::to_string(positions[i]);
-    if (end - i > 1) text += "-" + std::to_string(positions[end - 1]);
-    i = end;
-  }
-  return text;
-}
-
 void Speak(Finding& first, const std::vector<Finding>& findings, const Group& all,
            const std::function<std::string(SlaveId)>& label, const std::function<SlavePos(SlaveId)>& position) {
   constexpr std::size_t kNamed = 8;
-  std::vector<SlavePos> positions;
+  std::set<unsigned> positions;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Finding& other = findings[all[i]];
-    positions.push_back(position(other.slave));
+    positions.insert(position(other.slave));
     if (i < kNamed) first.affected.named.push_back(label(other.slave));
     first.count = std::max(first.count, other.count);
     if (other.last.number > first.last.number) first.last = other.last;
@@ -69,7 +56,7 @@ void Speak(Finding& first, const std::vector<Finding>& findings, const Group& al
   }
   first.affected.number = all.size();
   first.affected.first = label(first.slave);
-  first.affected.positions = Ranges(std::move(positions));
+  first.affected.positions = Ranges(positions);
   first.slave = kNoSlave;
 }
 

@@ -62,10 +62,8 @@ std::string RuleContext::Label(SlaveId slave) const {
   const bus::SlaveAddress& address = network().slaves()[slave];
   const SlavePos* position = address.position.if_known();
   const StationAddress* station = address.station.if_known();
-  std::string out = "slave";
-  if (position != nullptr) out += ' ' + std::to_string(*position);
-  if (station != nullptr) out += position != nullptr ? " (" + Hex(*station) + ")" : ' ' + Hex(*station);
-  return out;
+  if (position != nullptr) return names().Of(*position, station != nullptr ? Hex(*station) : std::string());
+  return station != nullptr ? "slave " + Hex(*station) : "slave";
 }
 
 std::int64_t RuleContext::Limit(std::string_view name, std::int64_t otherwise) const {

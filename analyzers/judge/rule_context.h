@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analyzers/judge/finding_store.h"
+#include "analyzers/options/slave_names.h"
 #include "analyzers/result/finding.h"
 #include "decoder/base/ids.h"
 #include "decoder/device/object_dictionary.h"
@@ -61,6 +62,8 @@ class RuleContext {
   /// How far each axis got; complete in Rule::Finish().
   [[nodiscard]] const progress::ProgressModel& progress() const { return progress_; }
   [[nodiscard]] const AnalysisOptions& options() const { return options_; }
+  /// What sentences call a slave.
+  [[nodiscard]] const SlaveNames& names() const { return options_.slave_names; }
   /// Up to the packet at hand; complete in Rule::Finish().
   [[nodiscard]] const PipelineStatistics& statistics() const;
   [[nodiscard]] const bus::PairingStatistics& pairing() const;

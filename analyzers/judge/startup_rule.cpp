@@ -56,10 +56,8 @@ void StartupRule::AddRefusal(const startup::Deviation& deviation, Finding& findi
       {{"step", arg::Text(Noun(*step))}, {"outcome", arg::Text(step->note)}, {"at", arg::Frame(step->last.number)}});
 }
 
-std::string SlaveText(const startup::ExpectedSlave& slave) {
-  std::string text = "slave " + std::to_string(slave.position);
-  if (!slave.name.empty()) text += " (" + Printable(slave.name) + ")";
-  return text;
+std::string SlaveText(const startup::ExpectedSlave& slave, const SlaveNames& names) {
+  return names.Of(slave.position, Printable(slave.name));
 }
 
 void SetSteps(Finding& finding, std::string_view name, std::string_view more, const std::vector<std::string>& texts) {

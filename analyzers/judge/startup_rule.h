@@ -8,6 +8,7 @@
 #include "analyzers/compare/comparison.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/options/slave_names.h"
 
 namespace ecaudit {
 
@@ -32,7 +33,7 @@ class StartupRule : public Rule {
 };
 
 /// "slave 3 (Axis X)", as the expectation has it.
-[[nodiscard]] std::string SlaveText(const startup::ExpectedSlave& slave);
+[[nodiscard]] std::string SlaveText(const startup::ExpectedSlave& slave, const SlaveNames& names);
 /// Sets `name` to the first texts, and `name_more` to the number of others.
 void SetSteps(Finding& finding, std::string_view name, std::string_view more, const std::vector<std::string>& texts);
 [[nodiscard]] Value PhaseValue(StartupPhase phase);

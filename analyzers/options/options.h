@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "analyzers/options/severity.h"
+#include "analyzers/options/slave_names.h"
 #include "decoder/base/ids.h"
 
 namespace ecaudit {
@@ -43,6 +44,7 @@ struct GivenParameter {
 };
 
 struct AnalysisOptions {
+  SlaveNames slave_names;       ///< what sentences call a slave
   std::string default_profile;  ///< for every slave; empty: chosen by identity
   std::vector<std::pair<SlaveSelector, std::string>> slave_profiles;
   std::vector<GivenParameter> parameters;    ///< the last that fits a slave counts; what the capture shows beats them

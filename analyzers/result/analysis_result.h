@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "analyzers/options/slave_names.h"
 #include "analyzers/result/coverage.h"
 #include "analyzers/result/cycle_summary.h"
 #include "analyzers/result/dc_summary.h"
@@ -270,6 +271,7 @@ struct ReachedLimit {
 };
 
 struct AnalysisResult {
+  SlaveNames slave_names;  ///< what sentences call its slaves
   CaptureSummary capture;
   BusSummary bus;
   std::vector<SlaveSummary> slaves;  ///< by position

@@ -43,8 +43,9 @@ class DatagramWriter final : public LineWriter {
     seconds_.clear();
     if (since_start) AppendSeconds(seconds_, *since_start);
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      DatagramRow row{frame,    frame[i],     seen.direction, since_start,
-                      seconds_, std::nullopt, std::nullopt,   context_->time()};
+      DatagramRow row{frame,        frame[i],         seen.direction,
+                      since_start,  seconds_,         std::nullopt,
+                      std::nullopt, context_->time(), context_->settings.analysis.slave_names};
       if (!Resolve(row)) continue;
       for (LineTarget& target : context_->targets) Write(row, target);
     }

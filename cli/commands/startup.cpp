@@ -158,7 +158,8 @@ class StartupCommand : public Command {
       if (const auto error = NothingRequired(capture.result)) return Worst(status, CaptureRun::Fail(console, *error));
       capture.expectation = *expect_;
       KeepStartupFindings(capture);
-      for (const SlaveSummary& slave : capture.result.slaves) AddUnmet(slave, capture.unmet);
+      for (const SlaveSummary& slave : capture.result.slaves)
+        AddUnmet(slave, capture.result.slave_names, capture.unmet);
       run_.MarkKnown(capture);
     } else if (expectation_ != nullptr) {
       if (const auto error = NothingCompared(capture.result)) return Worst(status, CaptureRun::Fail(console, *error));
@@ -223,13 +224,13 @@ class StartupCommand : public Command {
     }
     for (const SlaveSummary& slave : result.slaves) {
       if (!holds(slave)) {
-        console.Warning("slave " + std::to_string(slave.position) + " is saved without steps: the capture holds none");
+        console.Warning(result.slave_names.Of(slave.position) + " is saved without steps: the capture holds none");
       } else if (slave.startup.steps_left_out > 0) {
-        console.Warning("slave " + std::to_string(slave.position) + " is saved without its last " +
+        console.Warning(result.slave_names.Of(slave.position) + " is saved without its last " +
                         std::to_string(slave.startup.steps_left_out) + " steps");
       }
       if (const std::string failed = WhatFailed(slave.startup); !failed.empty()) {
-        console.Warning("slave " + std::to_string(slave.position) + " is saved with a start-up that failed: " + failed +
+        console.Warning(result.slave_names.Of(slave.position) + " is saved with a start-up that failed: " + failed +
                         "; what failed is not expected to succeed");
       }
     }
@@ -250,10 +251,10 @@ class StartupCommand : public Command {
     return Error{name + " holds no start-up of a slave that " + *expect_ + " describes, or the ESI requires nothing"};
   }
 
-  static void AddUnmet(const SlaveSummary& slave, std::vector<std::string>& unmet) {
+  static void AddUnmet(const SlaveSummary& slave, const SlaveNames& names, std::vector<std::string>& unmet) {
     for (const EsiDemand& demand : slave.esi_demands) {
       if (!demand.unmet()) continue;
-      unmet.push_back("slave " + std::to_string(slave.position) + ": the ESI requires " + report::DemandText(demand));
+      unmet.push_back(names.Of(slave.position) + ": the ESI requires " + report::DemandText(demand));
     }
   }
 

@@ -158,8 +158,7 @@ std::string WhyLimited(const AnalysisResult& result) {
     positions.insert(slave.position);
   }
   if (positions.empty()) return result.cut;
-  const std::string slaves = positions.size() == 1 ? "slave " : "slaves ";
-  return slaves + Ranges(positions) + ": " + reason;
+  return result.slave_names.Of(positions) + ": " + reason;
 }
 
 }  // namespace ecaudit::report

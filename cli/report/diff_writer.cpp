@@ -108,7 +108,7 @@ class DiffText {
     if (pair.b == nullptr) return SlaveLabel(report_.a, pair.a->id) + " of A";
     std::string label = SlaveLabel(report_.a, pair.a->id);
     if (pair.a->position != pair.b->position) {
-      label += " of A, slave " + std::to_string(pair.b->position) + " of B";
+      label += " of A, " + report_.b.slave_names.Of(pair.b->position) + " of B";
     } else if (pair.a->station_address != pair.b->station_address && pair.b->station_address) {
       label += " (" + Hex(*pair.b->station_address) + " in B)";
     }

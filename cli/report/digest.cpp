@@ -29,7 +29,7 @@ FindingDigest DigestOf(const Finding& finding, const AnalysisResult& result) {
     out.slave = slave->position;
     out.station_address = slave->station_address;
     out.product = ProductText(slave->identity.vendor_id, slave->identity.product_code);
-    out.place = SlaveLabel(slave->position, PrintableLines(slave->name), slave->station_address);
+    out.place = SlaveLabel(result.slave_names, slave->position, PrintableLines(slave->name), slave->station_address);
   }
   out.frame = finding.first.number;
   out.last_frame = finding.last.number == 0 ? finding.first.number : finding.last.number;
@@ -102,6 +102,7 @@ CaptureDigest DigestOf(const CaptureReport& capture) {
   out.ethercat_frames = result.capture.ethercat_frames;
   out.without_ethercat = WithoutEtherCat(result);
   out.slaves = result.slaves.size();
+  out.slave_names = result.slave_names;
   // Slaves that --slave left out are known well.
   if (capture.selection.slaves.empty()) out.slaves_there = result.bus.slave_count.value_or(0);
   if (result.capture.first.has_time) out.first_time = IsoTime(result.capture.first.time);
@@ -155,8 +156,8 @@ bool Counts(const CaptureDigest& capture, const FindingDigest& finding) {
   return !finding.known && Fails(finding.severity, !finding.holds.empty(), capture.fail_on);
 }
 
-std::string PlaceOf(const NotJudged& entry) {
-  if (entry.slave) return "slave " + std::to_string(*entry.slave);
+std::string PlaceOf(const NotJudged& entry, const SlaveNames& names) {
+  if (entry.slave) return names.Of(*entry.slave);
   return entry.every_slave ? "all slaves" : "bus";
 }
 
@@ -177,12 +178,11 @@ Summary Summarise(const Digest& digest) {
   return sum;
 }
 
-std::string SlaveLabel(SlavePos position, std::string_view name, const std::optional<StationAddress>& station_address) {
+std::string SlaveLabel(const SlaveNames& names, SlavePos position, std::string_view name,
+                       const std::optional<StationAddress>& station_address) {
   std::string inside = OneLine(name);
   if (station_address) inside += (inside.empty() ? "" : ", ") + Hex(*station_address);
-  std::string label = "slave " + std::to_string(position);
-  if (!inside.empty()) label += " (" + inside + ")";
-  return label;
+  return names.Of(position, inside);
 }
 
 std::optional<MainFinding> MainFindingOf(const CaptureDigest& capture) {

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "analyzers/options/slave_names.h"
 #include "analyzers/result/rule_info.h"
 #include "cli/report/coverage_tally.h"
 #include "cli/report/report.h"
@@ -82,6 +83,7 @@ struct CaptureContent {
   std::uint64_t slaves_there = 0;  ///< as the last broadcast showed; 0: none did
   std::string first_time;          ///< ISO 8601 UTC; empty when unknown
   std::optional<double> duration_s;
+  SlaveNames slave_names;          ///< what texts call its slaves
   bool complete = true;            ///< false: damaged, or stopped early
   bool judged = true;              ///< false: there is no verdict
   std::string limited;             ///< what makes a verdict "limited"; empty: nothing
@@ -128,7 +130,7 @@ struct Digest {
 [[nodiscard]] bool Counts(const CaptureDigest& capture, const FindingDigest& finding);
 
 /// "slave 0 (AKD, 0x1001)" with what is known of it. Printable.
-[[nodiscard]] std::string SlaveLabel(SlavePos position, std::string_view name,
+[[nodiscard]] std::string SlaveLabel(const SlaveNames& names, SlavePos position, std::string_view name,
                                      const std::optional<StationAddress>& station_address);
 
 /// "vendor 0x0000006a, product 0x00414b44"; empty unless both are known.
@@ -138,7 +140,7 @@ struct Digest {
 void SortDevices(std::vector<std::string>& devices);
 
 /// "slave 2", "all slaves", "bus"
-[[nodiscard]] std::string PlaceOf(const NotJudged& entry);
+[[nodiscard]] std::string PlaceOf(const NotJudged& entry, const SlaveNames& names);
 
 /// What the first line shows, as places in CaptureDigest::findings: the root of the tree that is read first, and the
 /// worst finding of that tree, which differs where the cause is the milder of the two.

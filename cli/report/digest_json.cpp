@@ -106,7 +106,7 @@ class FindingPlaces {
 class SlaveTexts {
  public:
   /// Of two slaves at one position the last one counts.
-  SlaveTexts(const std::vector<JsonValue>& slaves, Fields& fields) {
+  SlaveTexts(const std::vector<JsonValue>& slaves, const SlaveNames& names, Fields& fields) : names_(names) {
     for (const JsonValue slave : slaves) {
       if (const auto position = fields.WordOrNull(slave, "position")) slaves_[*position].json = slave;
     }
@@ -123,7 +123,8 @@ class SlaveTexts {
     if (!f.slave) return;
     const auto slave = slaves_.find(*f.slave);
     if (slave != slaves_.end() && !slave->second.read) Read(slave->second, fields);
-    f.place = SlaveLabel(*f.slave, slave == slaves_.end() ? std::string() : slave->second.name, f.station_address);
+    f.place =
+        SlaveLabel(names_, *f.slave, slave == slaves_.end() ? std::string() : slave->second.name, f.station_address);
     if (slave != slaves_.end()) f.product = slave->second.product;
   }
 
@@ -148,6 +149,7 @@ class SlaveTexts {
     slave.product = Product(slave.json);
   }
 
+  SlaveNames names_;
   std::map<SlavePos, Slave> slaves_;
 };
 
@@ -231,6 +233,7 @@ CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
   out.baseline = fields.TextOrNull(settings, "baseline");
   // Reports of the first versions do not have these.
   if (settings.member("judged").there()) out.judged = fields.Text(settings, "judged") != "nothing";
+  if (settings.member("count_from").there()) out.slave_names.from_one = fields.Number(settings, "count_from") == 1;
   if (settings.member("slaves").there()) {
     for (const JsonValue slave : fields.Array(settings, "slaves")) {
       if (slave.is_text()) out.selection.slaves.push_back(PrintableLines(*slave.text()));
@@ -270,7 +273,7 @@ CaptureDigest ReadCapture(JsonValue json, Fields& fields) {
   if (const JsonValue bus = json.member("bus"); whole && bus.there() && bus.member("slave_count").there()) {
     out.slaves_there = fields.NumberOrNull(bus, "slave_count");
   }
-  SlaveTexts texts(slaves, fields);
+  SlaveTexts texts(slaves, out.slave_names, fields);
   for (const JsonValue slave : slaves) out.devices.push_back(SlaveTexts::Product(slave));
   SortDevices(out.devices);
   const std::vector<JsonValue> findings = fields.Array(json, "findings");

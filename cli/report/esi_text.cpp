@@ -42,10 +42,10 @@ std::string DemandText(const EsiDemand& demand) {
   return text;
 }
 
-void WriteEsiDemands(const SlaveSummary& slave, TextBuilder& text) {
+void WriteEsiDemands(const SlaveSummary& slave, const SlaveNames& names, TextBuilder& text) {
   if (slave.esi_demands.empty()) return;
   text.Line();
-  text.Line(text.Styled("Required by the ESI of slave " + std::to_string(slave.position), Style::kBold));
+  text.Line(text.Styled("Required by the ESI of " + names.Of(slave.position), Style::kBold));
   for (const EsiDemand& demand : slave.esi_demands) {
     text.Paragraph(Padded(StatusText(demand.status), kStatusColumn) + DemandText(demand), kDemandIndent,
                    kDemandIndent + kStatusColumn);

@@ -143,6 +143,7 @@ void PutSettings(JsonObject& out, const CaptureReport& capture) {
   out.TextOrNull("expectation", capture.expectation);
   out.Put("judged", !capture.judged ? "nothing" : capture.expectation.empty() ? "all" : "expectation");
   PutRange(out, capture.selection);
+  if (capture.result.slave_names.from_one) out.Put("count_from", 1U);
   out.Values("slaves", capture.selection.slaves);
   out.Values("interfaces", capture.selection.interfaces);
   out.Object("rules", [&](JsonObject& json) {

@@ -85,7 +85,7 @@ std::vector<std::string> Reasons(const CaptureDigest& capture, std::string_view 
   std::vector<std::pair<std::string, std::string>> reasons;  // reason, places
   for (const NotJudged& entry : capture.not_judged) {
     if (entry.rule != rule) continue;
-    const std::string place = PlaceOf(entry);
+    const std::string place = PlaceOf(entry, capture.slave_names);
     const auto same =
         std::find_if(reasons.begin(), reasons.end(), [&](const auto& r) { return r.first == entry.reason; });
     if (same == reasons.end()) {

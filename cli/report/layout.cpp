@@ -194,18 +194,4 @@ void TextBuilder::Field(std::string_view label, std::string_view text, std::size
   out_.erase(at, hanging);
 }
 
-std::string Ranges(const std::set<unsigned>& sorted) {
-  const std::vector<unsigned> positions(sorted.begin(), sorted.end());
-  std::string text;
-  for (std::size_t i = 0; i < positions.size();) {
-    std::size_t end = i;
-    while (end + 1 < positions.size() && positions[end + 1] == positions[end] + 1) ++end;
-    if (!text.empty()) text += ", ";
-    text += std::to_string(positions[i]);
-    if (end > i) text += "-" + std::to_string(positions[end]);
-    i = end + 1;
-  }
-  return text;
-}
-
 }  // namespace ecaudit::report

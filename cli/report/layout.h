@@ -57,9 +57,6 @@ enum class Style : std::uint8_t { kPlain, kBold, kFaint, kError, kWarning, kInfo
 /// "AKD-2011, 4.3.4"; the section may begin with the document's name already. Empty when both are.
 [[nodiscard]] std::string ReferenceText(std::string_view document, std::string_view section);
 
-/// "3", "0-2, 7": the numbers of `sorted`, neighbours taken together.
-[[nodiscard]] std::string Ranges(const std::set<unsigned>& sorted);
-
 /// Collects lines. Text given to it is trusted: pass untrusted parts through Printable() or OneLine() first.
 class TextBuilder {
  public:

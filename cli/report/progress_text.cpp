@@ -176,9 +176,8 @@ std::vector<ProgressLine> ProgressLines(const AnalysisResult& result) {
     for (std::size_t other = i + 1; other < end; ++other) {
       if (!Alike(group, LinesOf(result, slaves[other], Detail::kFinding))) group = plain;
     }
-    group.front().label =
-        end - i == 1 ? "slave " + std::to_string(slaves[i].position)
-                     : "slaves " + std::to_string(slaves[i].position) + "-" + std::to_string(slaves[end - 1].position);
+    group.front().label = end - i == 1 ? result.slave_names.Of(slaves[i].position)
+                                       : result.slave_names.Span(slaves[i].position, slaves[end - 1].position);
     lines.insert(lines.end(), group.begin(), group.end());
     i = end;
   }

@@ -130,8 +130,10 @@ class SarifWriter {
         results_.Add([&](JsonObject& json) { PutResult(json, capture, f, artifact, fingerprint, which); });
       }
       for (const NotJudged& entry : capture.not_judged) {
-        AddNotification("note", entry.rule + " not evaluated, " + PlaceOf(entry) + ": " + OneLine(entry.reason),
-                        artifact, &entry.rule);
+        AddNotification(
+            "note",
+            entry.rule + " not evaluated, " + PlaceOf(entry, capture.slave_names) + ": " + OneLine(entry.reason),
+            artifact, &entry.rule);
       }
     }
     List artifacts;
@@ -212,7 +214,7 @@ class SarifWriter {
         PutLocation(location, artifact, std::max<std::uint64_t>(f.line, 1));
         location.Array("logicalLocations", [&](JsonArray& logical) {
           logical.AddObject([&](JsonObject& json) {
-            json.Put("name", f.slave ? "slave " + slave : slave);
+            json.Put("name", f.slave ? capture.slave_names.Of(*f.slave) : slave);
             json.Put("fullyQualifiedName", OneLine(f.place));
             json.Put("kind", "resource");
           });

@@ -48,9 +48,10 @@ class CaptureStartup {
       if (end - i < 3) end = i + 1;
       Slave(result_.slaves[i]);
       if (end - i > 1) {
+        const std::string same =
+            result_.slave_names.Span(result_.slaves[i + 1].position, result_.slaves[end - 1].position);
         text_.Line();
-        text_.Paragraph("Slaves " + std::to_string(result_.slaves[i + 1].position) + "-" +
-                            std::to_string(result_.slaves[end - 1].position) +
+        text_.Paragraph("S" + same.substr(1) +
                             ": the same device and the same steps with the same values (addresses and times apart); "
                             "--slave shows one of them",
                         0, 2);
@@ -84,7 +85,7 @@ class CaptureStartup {
 
   void Slave(const SlaveSummary& slave) {
     Phases(slave);
-    WriteEsiDemands(slave, text_);
+    WriteEsiDemands(slave, result_.slave_names, text_);
   }
 
   void Phases(const SlaveSummary& slave) {
@@ -150,7 +151,9 @@ std::string Compared(const CaptureReport& capture, const TextStyle& style) {
                      Count(capture.result.slaves.size(), "slave") +
                      " in this capture. Without --expect, ecaudit startup shows them all.",
                  0);
-  for (const SlaveSummary& slave : capture.result.slaves) WriteEsiDemands(slave, text);
+  for (const SlaveSummary& slave : capture.result.slaves) {
+    WriteEsiDemands(slave, capture.result.slave_names, text);
+  }
   if (const FrameNo next = startup::NextStartup(capture.result); next != 0) {
     text.Paragraph("The master starts slaves again from frame " + std::to_string(next) +
                        " on. Compared is the start-up before it; --from '#" + std::to_string(next) +

@@ -167,8 +167,7 @@ class CaptureText {
       if (end - i < 3) end = i + 1;
       Slave(result_.slaves[i]);
       if (end - i > 1) {
-        text_.Paragraph("slaves " + std::to_string(result_.slaves[i + 1].position) + "-" +
-                            std::to_string(result_.slaves[end - 1].position) +
+        text_.Paragraph(result_.slave_names.Span(result_.slaves[i + 1].position, result_.slaves[end - 1].position) +
                             ": the same device, profile and steps, no findings of their own",
                         2, 5);
       }
@@ -302,7 +301,7 @@ class CaptureText {
     std::string text = Grouped(dc.settled_clocks) + " of " + Count(all, "clock") + " above " + limit + " settled";
     const SlaveSummary* last = result_.slave(dc.settled_last);
     if (last == nullptr) return text;
-    text += "; the last is slave " + std::to_string(last->position) + ", within " + limit + " from #" +
+    text += "; the last is " + result_.slave_names.Of(last->position) + ", within " + limit + " from #" +
             std::to_string(dc.settled.number);
     if (const auto seconds = SecondsSince(result_.capture.origin, dc.settled))
       text += " (" + SecondsText(*seconds) + ")";
@@ -434,8 +433,10 @@ class CaptureText {
 
   void Bus() {
     if (!result_.bus.topology.known()) return;
-    Heading("Topology (positions as they are plugged in, by DL status)");
-    for (const std::string& chain : TopologyChains(result_.bus.topology)) text_.Paragraph(chain, 2, 6);
+    Heading(result_.slave_names.from_one ? "Topology (numbers from 1 as they are plugged in, by DL status)"
+                                         : "Topology (positions as they are plugged in, by DL status)");
+    for (const std::string& chain : TopologyChains(result_.bus.topology, result_.slave_names))
+      text_.Paragraph(chain, 2, 6);
     for (const std::string& note : TopologyNotes(result_, style_)) text_.Paragraph(note, 2, 6);
   }
 
@@ -607,7 +608,7 @@ class CaptureText {
       std::string line = OneLine(reason);
       const std::size_t slaves = group.positions.size();
       if (slaves > 0 && slaves < result_.slaves.size()) {
-        line += (slaves == 1 ? " (slave " : " (slaves ") + Ranges(group.positions) + ")";
+        line += " (" + result_.slave_names.Of(group.positions) + ")";
       }
       line += ": ";
       for (std::size_t r = 0; r < group.rules.size(); ++r) {
@@ -796,8 +797,8 @@ class CaptureText {
         }
       }
       if (!slaves.empty()) {
-        text += inferred || raised < bit.raised ? " (at least slave" : " (slave";
-        text += (slaves.size() == 1 ? " " : "s ") + Ranges(slaves) + ")";
+        text += inferred || raised < bit.raised ? " (at least " : " (";
+        text += result_.slave_names.Of(slaves) + ")";
       }
     }
     return text;
@@ -830,7 +831,8 @@ class CaptureText {
 
 std::string SlaveLabel(const AnalysisResult& result, SlaveId id) {
   const SlaveSummary* slave = result.slave(id);
-  return slave == nullptr ? "bus" : SlaveLabel(slave->position, slave->name, slave->station_address);
+  return slave == nullptr ? "bus"
+                          : SlaveLabel(result.slave_names, slave->position, slave->name, slave->station_address);
 }
 
 std::string Headline(const CaptureReport& capture) {

@@ -22,7 +22,7 @@ std::vector<std::size_t> ChildrenOf(const TopologySummary& topology, std::size_t
 }
 
 /// Follows port 1, where the line goes on in most cabinets; the other neighbours begin lines of their own.
-void Follow(const TopologySummary& topology, std::size_t node, const std::string& head,
+void Follow(const TopologySummary& topology, const SlaveNames& names, std::size_t node, const std::string& head,
             std::vector<std::string>& chains) {
   std::string chain = head;
   std::vector<std::pair<std::size_t, std::size_t>> branches;  // node, child
@@ -32,13 +32,13 @@ void Follow(const TopologySummary& topology, std::size_t node, const std::string
   std::size_t first = node;
   std::size_t last = node;
   const auto flush = [&] {
-    const std::size_t from = topology.nodes[first].position;
-    const std::size_t to = topology.nodes[last].position;
+    const unsigned from = topology.nodes[first].position;
+    const unsigned to = topology.nodes[last].position;
     constexpr std::size_t kOneByOne = 4;
     if (to - from < kOneByOne) {
-      for (std::size_t p = from; p <= to; ++p) chain += " - " + std::to_string(p);
+      for (unsigned p = from; p <= to; ++p) chain += " - " + names.Number(p);
     } else {
-      chain += " - " + std::to_string(from) + " - ... - " + std::to_string(to);
+      chain += " - " + names.Number(from) + " - ... - " + names.Number(to);
     }
   };
   while (true) {
@@ -61,8 +61,8 @@ void Follow(const TopologySummary& topology, std::size_t node, const std::string
   chains[place] = std::move(chain);
   for (const auto& [parent, child] : branches) {
     const std::optional<std::uint8_t> port = topology.nodes[child].parent_port;
-    Follow(topology, child,
-           std::to_string(topology.nodes[parent].position) + " port " + (port ? std::to_string(*port) : "?"), chains);
+    Follow(topology, names, child,
+           names.Number(topology.nodes[parent].position) + " port " + (port ? std::to_string(*port) : "?"), chains);
   }
 }
 
@@ -95,30 +95,31 @@ std::string At(const AnalysisResult& result, const FrameRef& frame, const TextSt
 
 }  // namespace
 
-std::vector<std::string> TopologyChains(const TopologySummary& topology) {
+std::vector<std::string> TopologyChains(const TopologySummary& topology, const SlaveNames& names) {
   std::vector<std::string> chains;
   for (std::size_t i = 0; i < topology.nodes.size(); ++i) {
-    if (topology.nodes[i].above == Above::kMaster) Follow(topology, i, "master", chains);
-    if (topology.nodes[i].above == Above::kUnknown) Follow(topology, i, "?", chains);
+    if (topology.nodes[i].above == Above::kMaster) Follow(topology, names, i, "master", chains);
+    if (topology.nodes[i].above == Above::kUnknown) Follow(topology, names, i, "?", chains);
   }
   return chains;
 }
 
-std::string LinkText(const TopologySummary& topology, std::size_t node, std::uint8_t port) {
+std::string LinkText(const TopologySummary& topology, const SlaveNames& names, std::size_t node, std::uint8_t port) {
   const TopologyNode& self = topology.nodes[node];
-  const std::string own = "slave " + std::to_string(self.position) + " port " + std::to_string(port);
+  const std::string own = names.Of(self.position) + " port " + std::to_string(port);
   if (port == 0 && self.above == Above::kMaster) return "between the master and " + own;
   const std::optional<std::size_t> neighbour = NeighbourAt(topology, node, port);
   if (!neighbour) return "at " + own;
   const TopologyNode& other = topology.nodes[*neighbour];
-  if (port != 0) return "between " + own + " and slave " + std::to_string(other.position) + " port 0";
-  const std::string above = "slave " + std::to_string(other.position) +
-                            (self.parent_port ? " port " + std::to_string(*self.parent_port) : std::string());
+  if (port != 0) return "between " + own + " and " + names.Of(other.position) + " port 0";
+  const std::string above =
+      names.Of(other.position) + (self.parent_port ? " port " + std::to_string(*self.parent_port) : std::string());
   return "between " + above + " and " + own;
 }
 
 std::vector<std::string> TopologyNotes(const AnalysisResult& result, const TextStyle& style) {
   const TopologySummary& topology = result.bus.topology;
+  const SlaveNames& names = result.slave_names;
   std::vector<std::string> notes;
   std::set<unsigned> without;
   std::set<unsigned> counted;
@@ -142,11 +143,11 @@ std::vector<std::string> TopologyNotes(const AnalysisResult& result, const TextS
         text += (text.empty() ? "" : "; ") + ErrorsText(summary.errors) + " counted from frame " +
                 std::to_string(summary.errors_before.number) + " to " + At(result, summary.errors_frame, style);
       }
-      if (!text.empty()) notes.push_back(LinkText(topology, i, port) + ": " + text);
+      if (!text.empty()) notes.push_back(LinkText(topology, names, i, port) + ": " + text);
     }
     if (node.processing_errors > 0) {
       rose = true;
-      notes.push_back("slave " + std::to_string(node.position) + ": its processing unit counted " +
+      notes.push_back(names.Of(node.position) + ": its processing unit counted " +
                       Count(node.processing_errors, "bad frame"));
     }
   }
@@ -160,16 +161,15 @@ std::vector<std::string> TopologyNotes(const AnalysisResult& result, const TextS
   }
   for (const TopologyNode& node : topology.nodes) {
     if (!node.entry_port) continue;
-    notes.push_back("slave " + std::to_string(node.position) + ": frames enter at port " +
-                    std::to_string(*node.entry_port) + ", not at port 0 (bus-port-order)");
+    notes.push_back(names.Of(node.position) + ": frames enter at port " + std::to_string(*node.entry_port) +
+                    ", not at port 0 (bus-port-order)");
   }
   if (!counted.empty() && !rose) {
-    notes.push_back("error counters of slave" + std::string(counted.size() == 1 ? " " : "s ") + Ranges(counted) +
-                    " read " + (counted.size() == 1 ? "" : "up to ") + Count(reads, "time") + ": none rose");
+    notes.push_back("error counters of " + names.Of(counted) + " read " + (counted.size() == 1 ? "" : "up to ") +
+                    Count(reads, "time") + ": none rose");
   }
   if (!without.empty() && without.size() < topology.nodes.size()) {
-    notes.push_back("DL status of slave" + std::string(without.size() == 1 ? " " : "s ") + Ranges(without) +
-                    " not read: what hangs there is open");
+    notes.push_back("DL status of " + names.Of(without) + " not read: what hangs there is open");
   }
   return notes;
 }

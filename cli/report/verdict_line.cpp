@@ -71,7 +71,7 @@ Parts OfFinding(const CaptureDigest& capture, const MainFinding& main, const std
   Parts parts;
   if (verdict != "FAIL") parts.before = std::string(Name(worst.severity)) + ": ";
   parts.place = OneLine(root.place) + ": ";
-  parts.short_place = root.slave ? "slave " + std::to_string(*root.slave) + ": " : parts.place;
+  parts.short_place = root.slave ? "slave " + capture.slave_names.Number(*root.slave) + ": " : parts.place;
   parts.what = OneLine(root.title);
   if (root.frame != 0) {
     const std::string frame = std::to_string(root.frame);

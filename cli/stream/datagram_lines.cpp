@@ -45,7 +45,7 @@ void AppendCommand(std::string& out, const wire::DatagramView& d) {
 }
 
 std::string SlaveText(const DatagramRow& row) {
-  if (row.slave) return std::to_string(*row.slave);
+  if (row.slave) return row.names.Number(*row.slave);
   const wire::DatagramView& d = row.datagram;
   if (!HasEscAddress(d)) return "-";
   return wire::IsBroadcast(d.command()) ? "all" : "?";

@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "analyzers/options/slave_names.h"
 #include "cli/stream/columns.h"
 #include "decoder/base/ids.h"
 #include "decoder/bus/direction.h"
@@ -27,6 +28,7 @@ struct DatagramRow {
   std::optional<SlavePos> slave;               ///< the slave it addresses
   std::optional<mailbox::Direction> mailbox;   ///< it accesses the mailbox of the slave from its first byte on
   TimeColumn time;
+  SlaveNames names = {};
 
   [[nodiscard]] bool outbound() const { return direction == bus::Direction::kOutbound; }
   [[nodiscard]] bool returned() const { return direction == bus::Direction::kReturned; }

@@ -67,7 +67,9 @@ void EventOutput::Write(const EventRow& row) {
     const bus::SlaveAddress& address = network().slaves()[row.slave_];
     const SlavePos* position = address.position.if_known();
     const StationAddress* station = address.station.if_known();
-    slave_text = position != nullptr ? std::to_string(*position) : station != nullptr ? Hex(*station) : "?";
+    slave_text = position != nullptr  ? context_.settings.analysis.slave_names.Number(*position)
+                 : station != nullptr ? Hex(*station)
+                                      : "?";
   }
   Waiting waiting{row.frame_.number, number_++, {}};
   for (const LineTarget& target : context_.targets) {

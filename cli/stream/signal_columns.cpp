@@ -27,7 +27,8 @@ std::string LowerCase(std::string_view text) {
 }
 
 /// Who a part belongs to.
-void SetSlave(const model::ImagePart& part, const track::Network& network, SignalColumn& column) {
+void SetSlave(const model::ImagePart& part, const track::Network& network, const SlaveNames& names,
+              SignalColumn& column) {
   if (part.slave != kNoSlave) {
     const bus::SlaveAddress& address = network.slaves()[part.slave];
     if (const SlavePos* position = address.position.if_known()) column.position = *position;
@@ -36,9 +37,7 @@ void SetSlave(const model::ImagePart& part, const track::Network& network, Signa
     column.position = part.model->eni->position();
     column.station = part.model->eni->station_address;
   }
-  column.slave = column.position  ? "S" + std::to_string(*column.position)
-                 : column.station ? Hex(*column.station)
-                                  : "S?";
+  column.slave = column.position ? names.Short(*column.position) : column.station ? Hex(*column.station) : "S?";
   column.slave_name = part.model->name;
 }
 
@@ -170,7 +169,7 @@ const PartColumns& SignalColumns::Of(const model::ImagePart& part, const track::
   if (!added) return result;
 
   SignalColumn common;
-  SetSlave(part, network, common);
+  SetSlave(part, network, names_, common);
   common.direction = part.direction;
   common.source = part.layout->source;
   if (part.places.empty()) {

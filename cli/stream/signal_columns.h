@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analyzers/model/process_image.h"
+#include "analyzers/options/slave_names.h"
 #include "decoder/base/result.h"
 
 namespace ecaudit::cli {
@@ -79,6 +80,8 @@ class SignalColumns {
   static constexpr std::size_t kMaxParts = 32'768;
 
   explicit SignalColumns(SignalChoice choice) : choice_(std::move(choice)) {}
+  /// What columns call slaves, from here on.
+  void SetNames(const SlaveNames& names) { names_ = names; }
 
   /// The columns of a part, added where they are new and Finish() was not called yet.
   [[nodiscard]] const PartColumns& Of(const model::ImagePart& part, const track::Network& network);
@@ -104,6 +107,7 @@ class SignalColumns {
   [[nodiscard]] bool Wants(const SignalColumn& column);
 
   SignalChoice choice_;
+  SlaveNames names_;
   std::vector<bool> matched_ = std::vector<bool>(choice_.patterns.size());  ///< by pattern
   std::vector<SignalColumn> columns_;
   std::vector<std::uint32_t> place_;  ///< by number before Finish()

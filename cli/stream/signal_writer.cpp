@@ -68,6 +68,7 @@ void SignalWriter::BeginPass(Observation& observation, const StreamContext& cont
   observation.bus().ListenTo<track::LogicalAccess, track::SlaveAccess, model::ProcessCycle, model::ProcessDataUnplaced>(
       Stage::kBeforeModel, *this);
   columns_.NewPass();
+  columns_.SetNames(context.settings.analysis.slave_names);
   row_ = {};
 }
 

@@ -19,8 +19,10 @@ std::string TextOf(const Json& event, const char* key) {
 }
 
 /// "S0", "0x1001", "" for the whole bus: as `signals` names slaves.
-std::string SlaveOf(const Json& event) {
-  if (const std::string position = TextOf(event, "slave"); !position.empty()) return "S" + position;
+std::string SlaveOf(const Json& event, const SlaveNames& names) {
+  if (const auto position = event.find("slave"); position != event.end() && position->is_number_unsigned()) {
+    return names.Short(position->get<unsigned>());
+  }
   const auto at = event.find("station_address");
   if (at == event.end() || !at->is_number_unsigned()) return {};
   return Hex(at->get<std::uint64_t>());
@@ -71,7 +73,7 @@ void SideEvents::Take(std::string_view line) {
   const std::string text = SideField(line.substr(tab + 1));
   const FrameNo frame = FrameOf(event, "frame");
   const std::string type = TextOf(event, "event");
-  const std::string slave = SlaveOf(event);
+  const std::string slave = SlaveOf(event, names_);
   const std::string number = std::to_string(frame);
   if (type == "al-state") {
     const std::string state = TextOf(event, "state");
@@ -117,7 +119,7 @@ void SideEvents::On(const sync::PhaseMeasured& event) {
   const SlavePos* const position = address.position.if_known();
   const StationAddress* const station = address.station.if_known();
   if (position == nullptr && station == nullptr) return;
-  const std::string slave = position != nullptr ? "S" + std::to_string(*position) : Hex(*station);
+  const std::string slave = position != nullptr ? names_.Short(*position) : Hex(*station);
   clocks_.Add(event.frame.number,
               std::to_string(event.frame.number) + '\t' + slave + '\t' + std::to_string(event.phase));
 }

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "analyzers/options/slave_names.h"
 #include "analyzers/sync/sync_model.h"
 #include "cli/wireshark/side_file.h"
 #include "decoder/track/network.h"
@@ -52,7 +53,8 @@ class SideOrder {
 
 class SideEvents {
  public:
-  SideEvents(SideFile& side, const track::Network& network) : side_(side), network_(network) {}
+  SideEvents(SideFile& side, const track::Network& network, const SlaveNames& names)
+      : side_(side), network_(network), names_(names) {}
 
   /// A line of the events in the format kJsonAndText.
   void Take(std::string_view line);
@@ -67,6 +69,7 @@ class SideEvents {
 
   SideFile& side_;
   const track::Network& network_;
+  SlaveNames names_;
   static constexpr FrameNo kLongestWait = 20'000;  ///< from an SDO request to what becomes of it
 
   SideOrder sdo_and_others_{side_, SideSection::kEvents, kLongestWait};

@@ -274,7 +274,7 @@ std::optional<Error> SideRun::WriteEvents(Console& console, const Plan& plan, Si
   const Result<EventTypes> types = EventTypes::Parse({kEventChoice});
   if (!types) return types.error();
   Observation observation(plan.settings.analysis, Depth::kClocks);
-  SideEvents events(side, observation.pipeline().network());
+  SideEvents events(side, observation.pipeline().network(), plan.settings.analysis.slave_names);
   std::vector<LineTarget> targets;
   targets.push_back(
       {kJsonAndText, false, LineOutput::ToFunction([&events](std::string_view line) { events.Take(line); })});

@@ -390,6 +390,84 @@ class NamesAndPaths(CliTest):
         self.assertIn("no format of this command has the ending .csv", self.one_error("check", "-o", "a.CSV", self.healthy))
 
 
+class CountFrom(CliTest):
+    """Slaves numbered from 1, as people count them."""
+    two = SOURCE / "samples" / "captures" / "two-slaves-one-refuses.pcapng"
+    number_alone = re.compile(r"\bslave (\d+)(?! \(position)", re.IGNORECASE)
+
+    def outputs(self, *options):
+        """What people read, by format."""
+        texts = {}
+        for form in ("text", "markdown", "junit", "github", "gitlab", "sarif"):
+            texts[form] = self.run_program("check", "--format", form, *options, self.two).out
+        texts["startup"] = self.run_program("startup", *options, self.two).out
+        texts["diff"] = self.run_program("diff", *options, self.two, SOURCE / "samples" / "captures" / "clean-startup.pcapng").out
+        return texts
+
+    def test_number_and_position_stand_together(self):
+        for form, text in self.outputs("--count-from", "1").items():
+            flat = " ".join(text.split())
+            self.assertRegex(flat, r"slave [12] \(position [01]", form)
+            self.assertNotRegex(flat, r"(?i)slave 0\b", form)
+            for number, position in re.findall(r"slave (\d+) \(position (\d+)", flat):
+                self.assertEqual(int(number), int(position) + 1, form)
+            # The first line and the notes of a range may lack the room.
+            alone = [m for m in self.number_alone.findall(flat)]
+            self.assertLessEqual(len(alone), 2, form)
+
+    def test_from_zero_is_the_default(self):
+        self.assertEqual(self.outputs("--count-from", "0"), self.outputs())
+
+    def test_json_keeps_positions(self):
+        plain = self.report(self.two, status=1)["reports"][0]
+        counted = self.report("--count-from", "1", self.two, status=1)["reports"][0]
+        self.assertEqual(counted["settings"].pop("count_from"), 1)
+        self.assertNotIn("count_from", plain["settings"])
+        for key in ("position", "station_address", "al", "startup"):
+            self.assertEqual([s[key] for s in plain["slaves"]], [s[key] for s in counted["slaves"]])
+        for key in ("slave", "identity", "rule", "kind", "frame"):
+            self.assertEqual([f[key] for f in plain["findings"]], [f[key] for f in counted["findings"]])
+        self.assertEqual(plain["bus"]["topology"], counted["bus"]["topology"])
+        for name in ("events", "signals"):
+            lines = [self.run_program(name, "--format", "jsonl", *options, self.two).out.splitlines()
+                     for options in ((), ("--count-from", "1"))]
+            self.assertEqual(*[[json.loads(line).get("slave") for line in text] for text in lines], name)
+
+    def test_slave_takes_the_number(self):
+        first = self.report("--slave", "0", self.two, "--fail-on=never", status=0)["reports"][0]["findings"]
+        counted = self.report("--count-from", "1", "--slave", "1", self.two, "--fail-on=never", status=0)["reports"][0]
+        self.assertEqual([f["identity"] for f in first], [f["identity"] for f in counted["findings"]])
+        self.assertEqual(counted["settings"]["slaves"], ["1"])
+        self.assertIn("'0' is not a slave: with --count-from 1 the first slave is 1",
+                      self.one_error("check", "--count-from", "1", "--slave", "0", self.two))
+        self.assertIn("has no slave 3; slaves count from 1, and there is 1 (position 0",
+                      self.one_error("check", "--count-from", "1", "--slave", "3", self.two))
+        self.assertIn("--count-from is '2' but must be 0 or 1", self.one_error("check", "--count-from", "2", self.two))
+
+    def test_rows_of_events_and_signals(self):
+        rows = self.run_program("events", "--count-from", "1", "--slave", "2", self.two).out.splitlines()[1:]
+        self.assertTrue(rows)
+        self.assertEqual({row.split()[2] for row in rows if row.split()[2] != "all"}, {"2"})
+        drives = SOURCE / "samples" / "captures" / "drive-fault.pcapng"
+        plain, counted = [self.run_program("signals", *options, drives).out.splitlines()[0]
+                          for options in ((), ("--count-from", "1"))]
+        self.assertIn("S0.", plain)
+        self.assertEqual(plain.replace("S0.", "S1."), counted)
+
+    def test_batch_and_merge(self):
+        done = self.run_program("batch", "--count-from", "1", "-o", "-", "-o", "markdown=all.md", self.two)
+        self.assertRegex(done.out, r"slave \d( \(position \d|:)", done.err)
+        self.assertRegex((self.dir / "all.md").read_text(), r"slave \d \(position \d")
+        merged = self.run_program("merge", "ecaudit-reports")
+        self.assertRegex(merged.out, r"slave \d \(position \d", merged.err)
+
+    def test_the_configuration_sets_it(self):
+        capture = self.file("a.pcapng", self.two.read_bytes())
+        self.file(".ecaudit.json", '{"count_from": 1}')
+        self.assertIn("slave 1 (position 0", self.run_program("check", capture).out)
+        self.assertNotIn("(position 0", self.run_program("check", "--count-from", "0", capture).out)
+
+
 class Baseline(CliTest):
     def test_known_findings_do_not_count(self):
         self.check(self.faulty, "--write-baseline", "known.json", status=1)

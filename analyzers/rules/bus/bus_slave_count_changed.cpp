@@ -264,7 +264,7 @@ class BusSlaveCountChanged final : public Rule {
     const auto end = std::min<std::uint32_t>(e.previous, e.count + kNamed);
     for (std::uint32_t p = e.count; p < end; ++p) {
       const SlaveId id = slaves.AtPosition(static_cast<SlavePos>(p));
-      missing.push_back(arg::Slave(id, id != kNoSlave ? context().Label(id) : "slave " + std::to_string(p)));
+      missing.push_back(arg::Slave(id, id != kNoSlave ? context().Label(id) : context().names().Of(p)));
     }
     finding.Set("missing", arg::List(std::move(missing)));
     if (end < e.previous) finding.Set("more_missing", arg::Count(e.previous - end, "other"));

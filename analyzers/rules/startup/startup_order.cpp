@@ -71,7 +71,7 @@ class StartupOrder final : public StartupRule {
       finding.kind = &kSlaveMoved;
       finding.Set("expected_position", arg::Number(slave.position))
           .Set("position", arg::Number(deviation.position))
-          .Set("expected_slave", arg::Text(SlaveText(slave)));
+          .Set("expected_slave", arg::Text(SlaveText(slave, context().names())));
       return;
     }
     std::vector<std::string> steps;

@@ -95,7 +95,8 @@ class StartupStepMissing final : public StartupRule {
     if (deviation.kind == Kind::kSlaveMissing) {
       const startup::ExpectedSlave& slave = *deviation.expected_slave;
       finding.kind = &kSlaveMissing;
-      finding.Set("expected_position", arg::Number(slave.position)).Set("expected_slave", arg::Text(SlaveText(slave)));
+      finding.Set("expected_position", arg::Number(slave.position))
+          .Set("expected_slave", arg::Text(SlaveText(slave, context().names())));
       if (slave.vendor_id) finding.Set("vendor_id", arg::Hex(*slave.vendor_id, 8));
       if (slave.product_code) finding.Set("product_code", arg::Hex(*slave.product_code, 8));
       return;

@@ -90,12 +90,12 @@ class StartupValue final : public StartupRule {
     if (actual.last.number != actual.frame.number) AddRelated(finding, actual.last.number);
   }
 
-  static void DescribeRevision(const startup::Deviation& deviation, Finding& finding) {
+  void DescribeRevision(const startup::Deviation& deviation, Finding& finding) const {
     const std::uint32_t wanted = deviation.expected_slave->revision.value_or(0);
     finding.kind = &kRevision;
     finding.Set("expected_revision", arg::Hex(wanted, 8))
         .Set("revision", arg::Hex(deviation.revision, 8))
-        .Set("expected_slave", arg::Text(SlaveText(*deviation.expected_slave)))
+        .Set("expected_slave", arg::Text(SlaveText(*deviation.expected_slave, context().names())))
         .Set("newer", arg::Flag(deviation.revision > wanted));
   }
 

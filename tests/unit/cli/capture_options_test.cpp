@@ -21,6 +21,47 @@ TEST(CaptureOptions, SlaveByPositionOrAddress) {
   for (const char* text : {"", "x", "0x", "-1", "65536", "0x10000", "1 ", "+1"}) EXPECT_FALSE(ParseSlave(text)) << text;
 }
 
+TEST(CaptureOptions, SlavesAsCountedFromOne) {
+  constexpr SlaveNames kFromOne{.from_one = true};
+  EXPECT_EQ(ParseSlave("1", kFromOne)->value, 0);
+  EXPECT_EQ(ParseShownSlave("12", kFromOne)->value, 11);
+  EXPECT_EQ(ParseSlave("0x1001", kFromOne)->value, 0x1001);
+  EXPECT_FALSE(ParseSlave("0", kFromOne));
+
+  AnalysisOptions analysis;
+  analysis.slave_names = kFromOne;
+  EXPECT_FALSE(AddProfile("2=generic", analysis));
+  EXPECT_EQ(analysis.slave_profiles.at(0).first.value, 1);
+  EXPECT_FALSE(AddParameter("3:PTBASE=8", analysis));
+  EXPECT_EQ(analysis.parameters.at(0).slave->value, 2);
+}
+
+TEST(CaptureOptions, AFileCountsSlavesAsItStatesItself) {
+  const TempDir folder;
+  const std::string path = folder.Write(".ecaudit.json", R"({"count_from": 1, "slave_profiles": {"1": "generic"}})");
+  CaptureOptions options;
+  options.config = path;
+  options.slaves = {"2"};
+  Result<Settings> settings = ResolveSettings(options, {}, "a.pcapng");
+  ASSERT_TRUE(settings) << settings.error().message;
+  EXPECT_TRUE(settings->analysis.slave_names.from_one);
+  EXPECT_EQ(settings->analysis.slave_profiles.at(0).first.value, 0);
+  EXPECT_EQ(settings->slaves.at(0).value, 1);
+
+  // The option wins for what is typed and shown; the file keeps its meaning.
+  options.count_from = "0";
+  settings = ResolveSettings(options, {}, "a.pcapng");
+  ASSERT_TRUE(settings) << settings.error().message;
+  EXPECT_FALSE(settings->analysis.slave_names.from_one);
+  EXPECT_EQ(settings->analysis.slave_profiles.at(0).first.value, 0);
+  EXPECT_EQ(settings->slaves.at(0).value, 2);
+
+  for (const char* wrong : {"2", "", "one", "-1"}) {
+    options.count_from = wrong;
+    EXPECT_FALSE(ResolveSettings(options, {}, "a.pcapng")) << wrong;
+  }
+}
+
 TEST(CaptureOptions, RuleSettings) {
   AnalysisOptions analysis;
   EXPECT_FALSE(AddRuleSetting("al-timeout=off", analysis));

@@ -37,6 +37,7 @@ std::string ErrorOf(std::string_view content) {
 TEST(Config, ReportsWhatIsWrong) {
   EXPECT_EQ(ErrorOf(R"({"rule": {}})"), ": unknown key 'rule' (did you mean 'rules'?)");
   EXPECT_EQ(ErrorOf(R"({"colour": 1})"), ": unknown key 'colour'");
+  EXPECT_EQ(ErrorOf(R"({"count_from": "1"})"), ": 'count_from' must be 0 or 1");
   EXPECT_EQ(ErrorOf(R"({"rules": ["a"]})"), ": 'rules' must be an object");
   EXPECT_EQ(ErrorOf(R"({"rules": {"a": 1}})"), ": 'rules': the value of 'a' must be a string");
   EXPECT_EQ(ErrorOf(R"({"fail_on": 1})"), ": 'fail_on' must be a string");

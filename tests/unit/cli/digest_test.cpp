@@ -65,7 +65,7 @@ TEST(Digest, ReportsWhatWasLookedAtAndWhatWasNotEvaluated) {
   CaptureReport capture = Awkward();
   EXPECT_EQ(Text(capture.selection), "--slave 0 --slave 0x1001 --interface 1 --from 0.0001 --from #7 --to 1000000");
   EXPECT_EQ(HeadlinePartsOf(DigestOf(capture)).verdict, "NOT-JUDGED");
-  EXPECT_EQ(PlaceOf(DigestOf(capture).not_judged.back()), "all slaves");
+  EXPECT_EQ(PlaceOf(DigestOf(capture).not_judged.back(), {}), "all slaves");
   capture.selection = {};
   EXPECT_EQ(Text(capture.selection), "");
   capture.judged = true;

@@ -29,13 +29,16 @@ AnalysisResult ResultOf(std::vector<TopologyNode> nodes) {
 }
 
 TEST(TopologyText, Chains) {
-  EXPECT_THAT(TopologyChains(ResultOf({Node(0, {0, 1}), Node(1, {0})}).bus.topology), ElementsAre("master - 0 - 1"));
-  EXPECT_THAT(TopologyChains(ResultOf({Node(0, {0, 1, 3}), Node(1, {0, 1}), Node(2, {0}), Node(3, {0})}).bus.topology),
-              ElementsAre("master - 0 - 3", "0 port 3 - 1 - 2"));
-  EXPECT_THAT(TopologyChains(ResultOf({Node(0, {0}), Node(4, {0})}).bus.topology), ElementsAre("master - 0", "? - 4"));
+  EXPECT_THAT(TopologyChains(ResultOf({Node(0, {0, 1}), Node(1, {0})}).bus.topology, {}),
+              ElementsAre("master - 0 - 1"));
+  EXPECT_THAT(
+      TopologyChains(ResultOf({Node(0, {0, 1, 3}), Node(1, {0, 1}), Node(2, {0}), Node(3, {0})}).bus.topology, {}),
+      ElementsAre("master - 0 - 3", "0 port 3 - 1 - 2"));
+  EXPECT_THAT(TopologyChains(ResultOf({Node(0, {0}), Node(4, {0})}).bus.topology, {}),
+              ElementsAre("master - 0", "? - 4"));
   std::vector<TopologyNode> line;
   for (SlavePos i = 0; i < 40; ++i) line.push_back(i == 39 ? Node(i, {0}) : Node(i, {0, 1}));
-  EXPECT_THAT(TopologyChains(ResultOf(std::move(line)).bus.topology), ElementsAre("master - 0 - ... - 39"));
+  EXPECT_THAT(TopologyChains(ResultOf(std::move(line)).bus.topology, {}), ElementsAre("master - 0 - ... - 39"));
 }
 
 TEST(TopologyText, TroubleStandsAtItsLink) {
@@ -53,9 +56,9 @@ TEST(TopologyText, TroubleStandsAtItsLink) {
               ElementsAre("between slave 0 port 1 and slave 1 port 0: link gone in frame 30 at 0.029 s (read before in "
                           "frame 20); 3 receive errors counted from frame 10 to frame 40 at 0.039 s; 7 frames lost on "
                           "the bus in all"));
-  EXPECT_EQ(LinkText(result.bus.topology, 0, 0), "between the master and slave 0 port 0");
-  EXPECT_EQ(LinkText(result.bus.topology, 0, 1), "between slave 0 port 1 and slave 1 port 0");
-  EXPECT_EQ(LinkText(result.bus.topology, 1, 1), "at slave 1 port 1");
+  EXPECT_EQ(LinkText(result.bus.topology, {}, 0, 0), "between the master and slave 0 port 0");
+  EXPECT_EQ(LinkText(result.bus.topology, {}, 0, 1), "between slave 0 port 1 and slave 1 port 0");
+  EXPECT_EQ(LinkText(result.bus.topology, {}, 1, 1), "at slave 1 port 1");
 }
 
 TEST(TopologyText, NothingToSay) {

@@ -1,6 +1,6 @@
 // Findings in the order in which they are best read: worst first, each cause before its consequences.
 import { copyable, facts, h } from "./dom.js";
-import { count, duration, grouped, hex, seconds, slaveLabel, trim } from "./format.js";
+import { capitalised, count, duration, grouped, hex, seconds, slaveLabel, slaveName, slaveNumber, trim } from "./format.js";
 import { matcher } from "./search.js";
 
 const HEX_NAMES = /address|word|code|index|status|control|value|activation|register|vendor|product|revision|logical|start/i;
@@ -38,7 +38,7 @@ const clock = (time) => (time ? ` (${time.slice(11, 23)} UTC)` : "");
 
 function findingCard(capture, finding, depth, rules, showInTime) {
   const slave = capture.slaves.find((s) => s.position === finding.slave);
-  const where = finding.slave === null ? "Bus" : slave ? slaveLabel(slave) : `Slave ${finding.slave}`;
+  const where = finding.slave === null ? "Bus" : slave ? slaveLabel(slave) : capitalised(slaveName(capture, finding.slave));
   const consequences = capture.findings.filter((f) => f.caused_by === finding.id);
   const cause = capture.findings.find((f) => f.id === finding.caused_by);
   const link = (f) => h("a", { href: `#finding-${f.id}` }, `${f.id} ${f.title}`);
@@ -175,7 +175,7 @@ export function notJudgedPanel(capture) {
   for (const entry of capture.not_evaluable) {
     const key = `${entry.reason}\u0000${entry.rule}`;
     const group = groups.get(key) ?? { reason: entry.reason, rule: entry.rule, slaves: new Set(), frame: entry.first_frame };
-    group.slaves.add(entry.slave ?? (entry.scope === "all-slaves" ? "all" : "bus"));
+    group.slaves.add(entry.slave !== null ? slaveNumber(capture, entry.slave) : (entry.scope === "all-slaves" ? "all" : "bus"));
     groups.set(key, group);
   }
   const byReason = new Map();

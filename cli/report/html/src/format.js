@@ -30,8 +30,19 @@ export function number(value) {
   return size !== 0 && (size < 1e-4 || size >= 1e12) ? value.toExponential(3) : grouped(Number(value.toPrecision(7)));
 }
 
+/// The number of a slave as the report counts: from 0, or from 1 (--count-from 1).
+export const slaveNumber = (capture, position) => position + (capture.settings.count_from ?? 0);
+/// "position 0" where the number is another one.
+export const positionText = (capture, position) => (capture.settings.count_from ? `position ${position}` : null);
+/// "slave 0"; counted from 1 "slave 1 (position 0)".
+export function slaveName(capture, position) {
+  const place = positionText(capture, position);
+  return `slave ${slaveNumber(capture, position)}${place ? ` (${place})` : ""}`;
+}
+export const capitalised = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+
 export function slaveLabel(slave) {
-  const inside = [slave.name, slave.station_address !== null ? hex(slave.station_address) : null].filter(Boolean);
+  const inside = [slave.place, slave.name, slave.station_address !== null ? hex(slave.station_address) : null].filter(Boolean);
   return `Slave ${slave.label}` + (inside.length ? ` (${inside.join(", ")})` : "");
 }
 

@@ -4,7 +4,7 @@ import { clock, clockText } from "./axis.js";
 import { closeOf, closeRange, spread } from "./close.js";
 import { savePng, saveSvg } from "./export.js";
 import { copyable, h } from "./dom.js";
-import { count, duration, fileName, grouped, hex, shellWord, trim } from "./format.js";
+import { count, duration, fileName, grouped, hex, shellWord, slaveNumber, trim } from "./format.js";
 import { overlay } from "./overlay.js";
 import { css, drawCursors, followTime, live, LEFT, mount, selectTime, timeAxis, timeCursor } from "./plots.js";
 import { FrameIndex } from "./track.js";
@@ -56,7 +56,7 @@ function buildLanes(capture, page) {
     const before = lane.marks.length === 0 ? lanes.find((l) => l.slaves && l.marks.length === 0 && l.key === lane.key) : null;
     if (before) {
       before.slaves.push(slave.position);
-      before.label = ranges(before.slaves);
+      before.label = ranges(before.slaves.map((position) => slaveNumber(capture, position)));
       if (before.more !== lane.more) before.more = "alike";
     } else lanes.push(lane);
   }

@@ -1,6 +1,6 @@
 // Puts the report into the page.
 import { h, table } from "./dom.js";
-import { fileName, grouped } from "./format.js";
+import { fileName, grouped, positionText, slaveNumber } from "./format.js";
 import { findingsPanel, notJudgedPanel } from "./findings.js";
 import { lanesPanel } from "./lanes.js";
 import { live } from "./plots.js";
@@ -173,7 +173,10 @@ async function unpack(text) {
 
 /// Steps that several slaves have alike are told once.
 function completeSteps(capture) {
-  for (const slave of capture.slaves) slave.label = `${slave.position}`;
+  for (const slave of capture.slaves) {
+    slave.label = `${slaveNumber(capture, slave.position)}`;
+    slave.place = positionText(capture, slave.position);
+  }
   for (const { startup } of capture.slaves) {
     if (startup) startup.steps = startup.steps.map((step) => ({ ...capture.alike_steps[step.alike], ...step }));
   }

@@ -56,9 +56,9 @@ function row({ slaves }, findings, showInTime) {
   const [slave] = slaves;
   const last = slaves[slaves.length - 1];
   const label = slaves.length === 1
-    ? [h("a", { href: `#slave-${slave.position}` }, `Slave ${slave.position}`), " ",
-      h("span", { className: "muted" }, slave.name || (slave.station_address !== null ? hex(slave.station_address) : ""))]
-    : [h("a", { href: `#slave-${slave.position}` }, `Slaves ${slave.position}\u2013${last.position}`), " ", h("span", { className: "muted" }, "alike")];
+    ? [h("a", { href: `#slave-${slave.position}` }, `Slave ${slave.label}`), " ",
+      h("span", { className: "muted" }, [slave.place, slave.name || (slave.station_address !== null ? hex(slave.station_address) : "")].filter(Boolean).join(", "))]
+    : [h("a", { href: `#slave-${slave.position}` }, `Slaves ${slave.label}\u2013${last.label}`), " ", h("span", { className: "muted" }, "alike")];
   return h("div", { className: "ladder", "data-slaves": slaves.map((s) => s.position).join(" ") },
     h("div", { className: "who" }, label),
     laddersOf(slave).map(({ name, rungs }) => h("div", { className: "rungs", role: "group", "aria-label": name ?? "slave" },

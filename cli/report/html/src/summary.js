@@ -59,7 +59,7 @@ export function busPanel(capture) {
   const findingsOf = (slave) => capture.findings.filter((f) => f.slave === slave.position && !f.known);
   const columns = [
     { title: "Slave", value: ([s, ...others]) => (others.length === 0 ? h("a", { href: `#slave-${s.position}` }, s.label)
-      : [h("a", { href: `#slave-${s.position}` }, ranges([s, ...others].map((o) => o.position))),
+      : [h("a", { href: `#slave-${s.position}` }, ranges([s, ...others].map((o) => Number(o.label)))),
         h("span", { className: "muted small" }, ` ${others.length + 1} alike`)]) },
     { title: "Address", value: (all) => {
       const known = all.map((s) => s.station_address).filter((a) => a !== null);
@@ -86,7 +86,7 @@ function limits(settings) {
   const range = settings.range ?? {};
   const given = (option, value) => (value === null || value === undefined ? [] : [`${option} ${value}`]);
   const frame = (number) => (number === null || number === undefined ? null : `#${number}`);
-  return [...(settings.slaves ?? []).map((s) => `--slave ${s}`), ...given("--from", range.from_s),
+  return [...given("--count-from", settings.count_from), ...(settings.slaves ?? []).map((s) => `--slave ${s}`), ...given("--from", range.from_s),
     ...given("--from", frame(range.from_frame)), ...given("--to", range.to_s), ...given("--to", frame(range.to_frame))].join(" ");
 }
 
@@ -96,7 +96,9 @@ function sliceHint(capture) {
   const file = capture.capture.path;
   const finding = capture.findings.find((f) => f.frame !== null);
   if (!finding || capture.settings.range || file === "-" || file.includes(", ")) return null;
-  const slaves = (capture.settings.slaves ?? []).map((s) => ` --slave ${s}`).join("");
+  const typed = capture.settings.slaves ?? [];
+  const counted = capture.settings.count_from && typed.length ? ` --count-from ${capture.settings.count_from}` : "";
+  const slaves = counted + typed.map((s) => ` --slave ${s}`).join("");
   const rules = Object.entries(capture.settings.rules ?? {}).map(([id, severity]) => ` --rule ${id}=${severity}`).join("");
   return h("p", { className: "note" }, "This copies the frames of a finding: ",
     copyable(`ecaudit slice ${shellWord(file)}${slaves}${rules} --finding ${finding.id} -o ${finding.id}.pcapng`, "command"));

@@ -1,6 +1,6 @@
 // The bus as it is plugged in: a row for each slave, branches indented, what is not known drawn open.
 import { h } from "./dom.js";
-import { count, hex } from "./format.js";
+import { capitalised, count, hex, slaveName, slaveNumber } from "./format.js";
 
 const ROW = 34;
 const INDENT = 26;
@@ -52,15 +52,15 @@ function portText(port) {
 }
 
 /// The link above a node, and what went wrong at either end of it.
-function linkOf(node, nodes) {
+function linkOf(capture, node, nodes) {
   const above = node.above ? nodes.find((n) => n.slave === node.above.slave) : null;
   const ends = [[node, node.ports[0]]];
   if (above && node.above.port !== null) ends.push([above, above.ports[node.above.port]]);
   const trouble = ends.filter(([, port]) => troubled(port));
-  const from = !node.above ? "an unknown place" : above ? `slave ${above.slave}${node.above.port === null ? "" : ` port ${node.above.port}`}` : "the master";
+  const from = !node.above ? "an unknown place" : above ? `${slaveName(capture, above.slave)}${node.above.port === null ? "" : ` port ${node.above.port}`}` : "the master";
   return {
-    name: `between ${from} and slave ${node.slave} port 0`,
-    trouble: trouble.map(([end, port]) => `slave ${end.slave}: ${portText(port)}`).join("; "),
+    name: `between ${from} and ${slaveName(capture, node.slave)} port 0`,
+    trouble: trouble.map(([end, port]) => `${slaveName(capture, end.slave)}: ${portText(port)}`).join("; "),
     delay: node.above?.measured_delay_ns ?? node.above?.delay_ns ?? null,
     port: node.above?.port ?? null,
   };
@@ -81,7 +81,7 @@ export function topologyPanel(capture) {
   const notes = [];
   nodes.forEach((node) => {
     const row = rowOf.get(node.slave);
-    const link = linkOf(node, nodes);
+    const link = linkOf(capture, node, nodes);
     const middle = x(node) + BOX.width / 2;
     const top = y(row);
     const kind = `link${link.trouble ? " trouble" : ""}${node.above && (link.port !== null || node.above.slave === null) ? "" : " open"}`;
@@ -101,7 +101,7 @@ export function topologyPanel(capture) {
     const open = node.ports.filter((p) => p.communication && p.port > 0 && !nodes.some((n) => n.above?.slave === node.slave && n.above.port === p.port));
     boxes.push(
       svg("rect", { className: `node ${worst}`, x: x(node), y: top, width: BOX.width, height: BOX.height, rx: 4 }),
-      svg("text", { x: middle, y: top + 15, className: "inside" }, String(node.slave)),
+      svg("text", { x: middle, y: top + 15, className: "inside" }, String(slaveNumber(capture, node.slave))),
       svg("text", { x: x(node) + BOX.width + 10, y: top + 15, className: "name" }, label,
         about && svg("tspan", { className: "port", dx: label ? 8 : 0 }, about),
         open.length > 0 && svg("tspan", { className: "port", dx: 8 }, `port ${open.map((p) => p.port).join(", ")} leads on, to whom is not known`),
@@ -111,8 +111,8 @@ export function topologyPanel(capture) {
         link.trouble && svg("tspan", { className: "bad", dx: 8 }, "\u26a0")));
     if (link.trouble) notes.push(h("li", null, h("b", null, link.name.charAt(0).toUpperCase() + link.name.slice(1)), `: ${link.trouble}`));
     const other = node.ports.filter((p) => p.port > 0 && troubled(p) && !nodes.some((n) => n.above?.slave === node.slave && n.above.port === p.port));
-    for (const port of other) notes.push(h("li", null, h("b", null, `At slave ${node.slave} port ${port.port}`), `: ${portText(port)}`));
-    if (node.processing_errors > 0) notes.push(h("li", null, h("b", null, `Slave ${node.slave}`), `: its processing unit counted ${count(node.processing_errors, "bad frame")}`));
+    for (const port of other) notes.push(h("li", null, h("b", null, `At ${slaveName(capture, node.slave)} port ${port.port}`), `: ${portText(port)}`));
+    if (node.processing_errors > 0) notes.push(h("li", null, h("b", null, capitalised(slaveName(capture, node.slave))), `: its processing unit counted ${count(node.processing_errors, "bad frame")}`));
   });
   const height = y(nodes.length) + BOX.height + 8;
   const counted = nodes.filter((n) => n.counter_reads > 1);
