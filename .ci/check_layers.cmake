@@ -34,7 +34,7 @@ set(analyzers/collect_may analyzers/compare ${analyzers/compare_may})
 set(analyzers/judge_may analyzers/collect ${analyzers/collect_may})
 set(analyzers/rules_may analyzers/judge ${analyzers/judge_may})
 set(analyzers_may decoder)
-set(cli/report_may analyzers/result analyzers/options/severity decoder)
+set(cli/report_may analyzers/result analyzers/options/severity analyzers/options/slave_names decoder)
 set(cli_may analyzers decoder)
 set(samples_may decoder)
 # The longest name that fits a file decides.
