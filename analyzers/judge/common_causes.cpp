@@ -29,6 +29,11 @@ constexpr std::int64_t kWatchdog = 0x1B;  // AL status code
 constexpr std::int64_t kErrorBit = 0x10;  // of AL Status
 constexpr FrameNo kNearby = 100;
 
+/// What is worth a warning only (half of a watchdog's time) has no error as its consequence.
+bool IsError(const Finding& finding) {
+  return finding.severity == Severity::kError;
+}
+
 /// The code of a word, or a text of the capture. Empty: the finding has no such argument.
 std::string CodeOf(const Finding& finding, std::string_view name) {
   const Value* value = finding.arguments.Find(name);
@@ -387,6 +392,17 @@ struct Law {
   bool by_warning = false;                                              ///< a warning may cause an error
 };
 
+/// The slave gave a code, and no setting explains it.
+bool HasNoReason(const RuleContext&, const Finding& effect) {
+  return !effect.arguments.Has("reason");
+}
+
+/// The slave refused a parameter that the master wrote (SoE) before this request of SAFEOP or OP.
+bool ParameterRefused(const Finding& effect, const Finding& cause) {
+  constexpr auto kSafeop = static_cast<std::int64_t>(esc::AlState::SAFEOP);
+  return IsError(cause) && Precedes(effect, cause) && StateOf(effect, "requested") >= kSafeop;
+}
+
 /// By SDO the drive shows something else than in the process data: `object` is 6041h of the first axis, or another one
 /// at the same place of its axis. What the effect is about was read at a wrong place, or is old.
 bool ShowsOther(const Finding& effect, const Finding& cause, std::int64_t object) {
@@ -497,16 +513,12 @@ constexpr std::array kLaws{
     Law{"al-unexpected-change", "fmmu-mismatch", -1, NamesExchange},
     Law{"al-refused", "sdo-abort", kLater, NamesSyncSettings, Bus::kNo, SyncSettingRefused},
     Law{"al-refused", "sdo-abort", kLater, NamesModules, Bus::kNo, ModuleListRefused},
+    Law{"al-refused", "mailbox-service-error", kLater, HasNoReason, Bus::kNo, ParameterRefused},
     Law{"pdo-assign-order", "sdo-abort", kLater, nullptr, Bus::kNo, CountRefused},
     Law{"sm-process-config", "frame-repeated", kSoon, nullptr, Bus::kYes, TransferGivenUp, true},
     Law{"pdo-length-mismatch", "frame-repeated", kSoon, nullptr, Bus::kYes, TransferGivenUp, true},
     Law{"sdo-incomplete", "frame-repeated", kSoon, nullptr, Bus::kYes, TransferGivenUp, true},
 };
-
-/// What is worth a warning only (half of a watchdog's time) has no error as its consequence.
-bool IsError(const Finding& finding) {
-  return finding.severity == Severity::kError;
-}
 
 /// The cause lies where the law looks for it.
 bool IsWhose(Bus bus, const Finding& effect, const Finding& cause) {

@@ -41,10 +41,11 @@ enum class AxisFact : std::uint8_t {
   kSetpointNotMapped,  ///< a: mode, b: its set point, c: the object that changes
   kRampBits,           ///< velocity mode (2): bits 4 to 6 of the control word are not all 1
   // It is commanded wrongly.
-  kJumpAtEnable,     ///< a: target, b: actual value, c: largest step of the target after that
-  kJumpInOperation,  ///< a: target before, b: target after, c: largest step before
-  kTargetEchoes,     ///< a: changes, b: travelled
-  kOutsideLimits,    ///< a: target, b: limit, c: actual value, where it is known
+  kJumpAtEnable,      ///< a: target, b: actual value, c: largest step of the target after that
+  kJumpInOperation,   ///< a: target before, b: target after, c: largest step before
+  kTargetEchoes,      ///< a: changes, b: travelled
+  kTargetAlternates,  ///< a, b: two targets, c: times that it came back
+  kOutsideLimits,     ///< a: target, b: limit, c: actual value, where it is known
   // It does not follow.
   kFollowingError,  ///< bit 13
   kHomingError,     ///< bit 13 in homing

@@ -16,6 +16,8 @@ constexpr TimeNs kReactionNs = 500'000'000;
 constexpr TimeNs kEchoNs = 500'000'000;
 constexpr std::uint64_t kEchoes = 50;
 constexpr std::int64_t kOtherSpeed = 2;  ///< between steps in whole increments
+constexpr std::uint64_t kReturns = 50;
+constexpr std::int64_t kReturnShare = 8;  ///< how near it comes back, and how little the axis follows
 constexpr TimeNs kOutsideNs = 100'000'000;
 
 }  // namespace
@@ -51,6 +53,9 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
   if (enabled && cyclic) {
     Echo(now, out);
     Limits(now, out);
+    Alternates(now, out);
+  } else {
+    returns_ = {};
   }
   std::copy_backward(actuals_.begin(), actuals_.end() - 1, actuals_.end());
   actuals_[0] = actual;
@@ -186,6 +191,44 @@ bool SetpointCheck::Leads(std::int64_t target) {
     leads = leads || repeats.most - repeats.least >= kOtherSpeed;
   }
   return leads;
+}
+
+/// Two parts of a program send process data: the target goes to a far value and back, again and again, and the axis
+/// follows neither.
+void SetpointCheck::Alternates(const AxisView& now, AxisRecords& out) {
+  const auto& target = now.Target(Quantity::kPosition);
+  const auto& actual = now.Actual(Quantity::kPosition);
+  if (!target || !actual || returns_.target == target) return;
+  const std::optional<std::int64_t> before = returns_.target;
+  returns_.target = target;
+  if (!before) return;
+  const std::int64_t step = Apart(*before, *target);
+  const std::int64_t far = Magnitude(returns_.step);
+  const bool opposite = returns_.step != 0 && (step > 0) != (returns_.step > 0);
+  const bool back = opposite && Magnitude(Magnitude(step) - far) <= far / kReturnShare;
+  const bool still = returns_.actual && Magnitude(Apart(*returns_.actual, *actual)) <= far / kReturnShare;
+  returns_.step = Magnitude(step) >= kLeastJump ? step : 0;
+  returns_.actual = actual;
+  if (!back || !still) return;
+  const bool paused =
+      !returns_.last.has_time || !now.frame.has_time || Elapsed(returns_.last.time, now.frame.time) > kReactionNs;
+  if (paused) {
+    returns_.count = 0;
+    returns_.told = false;
+  }
+  if (returns_.count++ == 0) returns_.first = now.frame;
+  returns_.last = now.frame;
+  if (returns_.count < kReturns || !returns_.first.has_time || !now.frame.has_time) return;
+  const TimeNs lasted = Elapsed(returns_.first.time, now.frame.time);
+  if (lasted < kEchoNs / 2) return;
+  if (returns_.told) return out.Extend(AxisFact::kTargetAlternates, Quantity::kPosition, now.frame);
+  returns_.told = true;
+  AxisRecord record = now.Record(AxisFact::kTargetAlternates, returns_.first, lasted);
+  record.quantity = Quantity::kPosition;
+  record.a = *before;
+  record.b = *target;
+  record.c = static_cast<std::int64_t>(returns_.count);
+  out.Add(record);
 }
 
 void SetpointCheck::Limits(const AxisView& now, AxisRecords& out) {

@@ -37,6 +37,7 @@ class SetpointCheck {
   void InOperation(const AxisView& now, AxisRecords& out);
   void Echo(const AxisView& now, AxisRecords& out);
   [[nodiscard]] bool Leads(std::int64_t target);
+  void Alternates(const AxisView& now, AxisRecords& out);
   void Limits(const AxisView& now, AxisRecords& out);
 
   std::optional<std::int8_t> mode_;
@@ -62,6 +63,16 @@ class SetpointCheck {
   FrameRef echo_since_;
   bool echo_told_ = false;
   Lasting outside_;
+  /// A large step of the target, and steps back in its next change.
+  struct Returns {
+    std::optional<std::int64_t> target;
+    std::int64_t step = 0;               ///< the last change, if it was large
+    std::optional<std::int64_t> actual;  ///< at this change
+    std::uint64_t count = 0;
+    FrameRef first, last;
+    bool told = false;
+  };
+  Returns returns_;
 };
 
 }  // namespace ecaudit::progress

@@ -40,6 +40,15 @@ drive no position to hold. It is right only if the axis is moved by hand.)",
         "Stop copying the actual value into the target when the drive is enabled, and continue from the last target.",
     .identity = ""};
 
+constexpr FindingKind kAlternates{
+    .name = "alternates",
+    .title = "Target position goes back and forth between two values ({times})",
+    .message =
+        R"(From {frame} on the target position (607Ah) changes to a far value and back: {times} in {lasted_ms}, last from
+{from} to {target} ({shown_frame}). The position actual value follows neither step.)",
+    .next = "Check whether two parts of the master's program send process data, or write to two copies of the outputs.",
+    .identity = ""};
+
 constexpr FindingKind kOutside{
     .name = "outside-limits",
     .title = "Target position {target} is beyond the software limit {limit} (607Dh)",
@@ -53,7 +62,7 @@ the capture.])",
         "[{!followed}Change the target, or the limits in 607Dh.]",
     .identity = ""};
 
-constexpr const FindingKind* kKinds[] = {&kAtEnable, &kJump, &kEcho, &kOutside};
+constexpr const FindingKind* kKinds[] = {&kAtEnable, &kJump, &kEcho, &kAlternates, &kOutside};
 
 constexpr const NoteKind* kNotes[] = {&kLeadNote};
 
@@ -69,7 +78,7 @@ constexpr RuleInfo kInfo{.id = "drive-setpoint-jump",
 ## What it checks
 In cyclic synchronous position: whether the target position (607Ah) starts at the position actual value (6064h), when
 the drive is enabled or this mode begins,
-does not jump, is no echo of the actual value, and lies inside the software limits (607Dh).
+does not jump or alternate, is no echo of the actual value, and lies inside the software limits (607Dh).
 
 ## Why it matters
 The axis runs to a wrong target at full speed, or stops with a following error.
@@ -81,6 +90,9 @@ comes of it within 500 ms: the axis comes a fifth nearer, the drive faults or sh
 An echo is a target that equals the actual value of the cycle before in 50 changes in a row, over at least 500 ms,
 while the axis moves. A change of its speed has to be among them. It is inferred: an axis may be moved by hand on
 purpose.
+
+A target alternates if it makes a step of at least 500 increments and comes back in its next change, 50 times in a row
+over at least 250 ms, and the axis follows by less than an eighth.
 
 Limits count if they were read or written by SDO, and the target is at least 500 increments beyond them. If the axis
 goes beyond them, or 6064h is not in the capture, the finding is an info.
@@ -96,6 +108,7 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kJumpAtEnable, &kAtEnable},
     AxisRule::Row{progress::AxisFact::kJumpInOperation, &kJump},
     AxisRule::Row{progress::AxisFact::kTargetEchoes, &kEcho},
+    AxisRule::Row{progress::AxisFact::kTargetAlternates, &kAlternates},
     AxisRule::Row{progress::AxisFact::kOutsideLimits, &kOutside},
 };
 
@@ -118,6 +131,10 @@ class DriveSetpointJump final : public AxisRule {
       case progress::AxisFact::kTargetEchoes:
         finding.Set("changes", arg::Count(static_cast<std::uint64_t>(record.a), "change"));
         finding.Set("travel", arg::Number(record.b));
+        return;
+      case progress::AxisFact::kTargetAlternates:
+        finding.Set("from", arg::Number(record.a)).Set("target", arg::Number(record.b));
+        finding.Set("times", arg::Count(static_cast<std::uint64_t>(record.c), "time"));
         return;
       default:
         finding.Set("target", arg::Number(record.a)).Set("limit", arg::Number(record.b));
