@@ -948,27 +948,34 @@ bool Pairing::WasWaitedFor(const Slot& slot, const Slot& again) noexcept {
   for (std::uint64_t s = slot.sequence + 1; s < again.sequence; ++s) {
     if (At(s).sender == slot.sender) return false;
   }
-  return BrokeRhythm(slot, again);
+  return BrokeRhythm(slot, again) || (!HasRhythm(slot) && HasWaited(slot.view.ref(), again.view.ref()) &&
+                                      Elapsed(slot.view.ref().time, again.view.ref().time) <= kLongestTimeOutNs);
+}
+
+/// Enough frames show how far apart the sender sends them.
+bool Pairing::HasRhythm(const Slot& slot) const noexcept {
+  const Rhythm& rhythm = senders_[slot.sender].rhythm;
+  return rhythm.longest_before_ns > 0 || rhythm.frames >= kLeast;
 }
 
 /// True when the time between both is a time-out, and not the one between all frames.
 bool Pairing::BrokeRhythm(const Slot& first, const Slot& second) const noexcept {
   if (!HasWaited(first.view.ref(), second.view.ref())) return false;
   const std::int64_t apart = Elapsed(first.view.ref().time, second.view.ref().time);
-  const Rhythm& rhythm = senders_[first.sender].rhythm;
-  const bool known = rhythm.longest_before_ns > 0 || rhythm.frames >= kLeast;
-  return known && apart <= kLongestTimeOutNs && apart / 2 > rhythm.mean_ns;
+  return HasRhythm(first) && apart <= kLongestTimeOutNs && apart / 2 > senders_[first.sender].rhythm.mean_ns;
 }
 
 /// What comes back last is handed over for the frame that was sent first: the bytes of both are the same.
 void Pairing::AnswerWaitedFor(Slot& slot, const Slot& again, const wire::FrameView& frame) noexcept {
   slot.overtaken = 0;
   Answer(slot, frame, frame.payload());
-  sink_.OnRepeated({.frame = slot.view,
-                    .before = slot.view.ref(),
-                    .again = again.view.ref(),
-                    .returned = again.returned,
-                    .usual_ns = typical_round_trip_ns_});
+  if (BrokeRhythm(slot, again)) {
+    sink_.OnRepeated({.frame = slot.view,
+                      .before = slot.view.ref(),
+                      .again = again.view.ref(),
+                      .returned = again.returned,
+                      .usual_ns = typical_round_trip_ns_});
+  }
   HandOver({&slot.view, &frame, false, TakeGap(slot.sequence)});
   ReportLost(slot.sequence);
   DropAnsweredTail();

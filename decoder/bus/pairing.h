@@ -239,6 +239,7 @@ class Pairing {
   [[nodiscard]] bool AnyInFlight(std::uint8_t sender) noexcept;
   [[nodiscard]] bool HasTimeFor(const Rhythm& rhythm, const FrameRef& from, const FrameRef& to) const noexcept;
   void ReportLate(const Slot& slot) noexcept;
+  [[nodiscard]] bool HasRhythm(const Slot& slot) const noexcept;
   [[nodiscard]] bool BrokeRhythm(const Slot& first, const Slot& second) const noexcept;
   bool WasWaitedFor(const Slot& slot, const Slot& again) noexcept;
   void AnswerWaitedFor(Slot& slot, const Slot& again, const wire::FrameView& frame) noexcept;

@@ -17,16 +17,6 @@ void ForEachPacket(Story& story, PacketId from, const std::function<void(Bytes&)
   for (PacketId id = from; id < story.capture.recorded(); ++id) change(story.capture.bytes(id));
 }
 
-void StoreWord(Bytes& bytes, std::size_t at, std::uint16_t value) {
-  bytes.at(at) = static_cast<std::uint8_t>(value & 0xFFU);
-  bytes.at(at + 1) = static_cast<std::uint8_t>(value >> 8U);
-}
-
-/// The EtherCAT header has the length of the whole Ethernet frame.
-void WriteFrameLength(Bytes& packet) {
-  StoreWord(packet, kEthernetHeader, static_cast<std::uint16_t>(0x1000U | packet.size()));
-}
-
 /// Header and lengths have their bytes swapped, as a computer of the other byte order writes them.
 void SwapHeaderBytes(Bytes& packet) {
   std::size_t at = kEthernetHeader + kEtherCatHeader;
@@ -78,33 +68,6 @@ void DriveEnabled(Story& story) {
 }
 
 }  // namespace
-
-Sample LengthOfFrame() {
-  Story story;
-  PlayHealthyRun(story);
-  ForEachPacket(story, 0, WriteFrameLength);
-  return story.Finish();
-}
-
-Sample LengthOfFrameRefused() {
-  MasterWay way = WayOf("soem");
-  way.mailbox_interval = 50 * kMs;
-  Story story(way);
-  SimulatedSlave& drive = story.Add(AkdDrive());
-  ScriptedMaster& master = story.master;
-  master.Scan();
-  master.BringToPreop();
-  drive.coe().behaviour().reads_requests = false;
-  const SdoAnswer ignored = master.Upload(0, 0x1018, 1);
-  for (int i = 0; i < 3; ++i) {
-    master.Upload(0, 0x1018, 2);
-    master.Wait(50 * kMs);
-  }
-  ForEachPacket(story, 0, WriteFrameLength);
-  story.Expect("mailbox-no-response", 0, ignored.request, "the out mailbox stays full");
-  story.Expect("mailbox-overrun", 0, "each further request is refused").Optional();
-  return story.Finish();
-}
 
 Sample AnsweredAndRepeated() {
   Story story;

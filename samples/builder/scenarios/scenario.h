@@ -168,8 +168,6 @@ Sample ReadOnlyWrite();
 Sample EepromChecksum();
 Sample EepromAlias();
 // blame.cpp
-Sample LengthOfFrame();
-Sample LengthOfFrameRefused();
 Sample AnsweredAndRepeated();
 Sample AnswerAfterTimeOut();
 Sample SwappedHeader();

@@ -117,10 +117,6 @@ constexpr Scenario kScenarios[] = {
     {"circulating", "Six frames come back with the circulating bit set.", "Circulating frames, one finding.",
      Circulating},
     // --- who causes it: master, cable, slave or recorder
-    {"length-of-frame", "A healthy run; the EtherCAT header has the length of the whole Ethernet frame.", "Clean.",
-     LengthOfFrame},
-    {"length-of-frame-refused", "With the same lengths, the drive reads no request and refuses further ones for 2 s.",
-     "No response, the out mailbox full; the refused requests follow from it.", LengthOfFrameRefused},
     {"answered-and-repeated", "A frame is answered after 18 us, and the master sends it five times more.",
      "The computer of the master loses answers.", AnsweredAndRepeated},
     {"answer-after-time-out", "A frame is answered only after the time-out of the master.", "The late answer.",
