@@ -5,33 +5,10 @@
 
 #include "decoder/base/time.h"
 #include "decoder/base/wrapping.h"
+#include "decoder/bus/thresholds.h"
 
 namespace ecaudit::bus {
 namespace {
-
-/// No master repeats a frame sooner; a packet that was captured twice may come so soon.
-constexpr std::int64_t kPauseNs = 100'000;
-/// Numbers of repetitions and of other indices that show a time-out: where one index serves for all, equal polls
-/// do not.
-constexpr std::uint32_t kRepeated = 3;
-constexpr std::uint32_t kIndexChanges = 2;
-/// Number of turns that is no recording after another one; of the frames of a redundant line nearly all are twins.
-constexpr std::uint32_t kTurns = 8;
-constexpr std::uint32_t kTwinsOneIn = 8;
-/// The other end of a redundant line sends within this time; minimum of frames, and of frames for one that is no copy.
-constexpr std::int64_t kAtOnceNs = 50'000;
-constexpr std::uint32_t kEndFrames = 8;
-constexpr std::uint32_t kNoCopyOneIn = 8;
-/// Number of returns before their outbound copies that shows different clocks.
-constexpr std::uint32_t kBackFirst = 8;
-/// A master that numbers its frames: of both copies of a frame one has another index than the packet before.
-constexpr std::uint32_t kNumberedOneIn = 4;
-/// Masters send working counters of 0: a minimum of frames, and one of a number, with another one that goes up later
-/// have passed slaves before they came to the tap.
-constexpr std::uint32_t kCountedOnTheirWay = 3;
-constexpr std::uint32_t kCountedOneIn = 32;
-/// What the other end sends arrives within this: a round trip.
-constexpr std::int64_t kEchoNs = 500'000;
 
 bool IsExchanged(const wire::FrameView& frame) {
   for (std::size_t i = 0; i < frame.size(); ++i) {
@@ -91,9 +68,10 @@ DirectionLearner::Sender* DirectionLearner::Find(std::uint64_t mac) noexcept {
 }
 
 const DirectionLearner::Sender* DirectionLearner::Find(std::uint64_t mac) const noexcept {
-  const auto end = senders_.begin() + static_cast<std::ptrdiff_t>(count_);
-  const auto found = std::find_if(senders_.begin(), end, [&](const Sender& s) { return s.mac == mac; });
-  return found == end ? nullptr : &*found;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (senders_[i].mac == mac) return &senders_[i];
+  }
+  return nullptr;
 }
 
 void DirectionLearner::Learn(const wire::FrameView& frame) noexcept {
@@ -140,7 +118,7 @@ bool DirectionLearner::IsUnderIndexOfAnother(const Sender& sender, const wire::F
   return std::any_of(senders_.begin(), senders_.begin() + static_cast<std::ptrdiff_t>(count_), [&](const Sender& s) {
     if (&s == &sender || !s.last.has_time || !frame.ref().has_time || s.last_index != frame[0].index()) return false;
     const std::int64_t apart = Elapsed(s.last.time, frame.ref().time);
-    return apart >= 0 && apart <= kEchoNs;
+    return apart >= 0 && apart <= threshold::kEchoNs;
   });
 }
 
@@ -163,7 +141,7 @@ bool DirectionLearner::LearnCopy(Sender& sender, const wire::FrameView& frame) n
       taken = taken || (asked.taken && other.taken);
       if (!other.frame.has_time || !asked.frame.has_time) continue;
       const std::int64_t apart = Elapsed(other.frame.time, asked.frame.time);
-      copy = copy || (apart >= -kAtOnceNs && apart <= kAtOnceNs);
+      copy = copy || (apart >= -threshold::kAtOnceNs && apart <= threshold::kAtOnceNs);
     }
   }
   LearnEcho(sender, asked);
@@ -184,7 +162,7 @@ void DirectionLearner::LearnEcho(Sender& sender, const Asked& asked) noexcept {
     const bool found = std::any_of(other.asked.begin(), other.asked.end(), [&](const Asked& before) {
       if (!before.frame.has_time || !asked.frame.has_time) return false;
       const bool same = before.key == asked.key || (before.index == asked.index && (before.dummy || asked.dummy));
-      return same && Elapsed(before.frame.time, asked.frame.time) <= kEchoNs;
+      return same && Elapsed(before.frame.time, asked.frame.time) <= threshold::kEchoNs;
     });
     if (!found) continue;
     echo = true;
@@ -197,7 +175,7 @@ void DirectionLearner::LearnEcho(Sender& sender, const Asked& asked) noexcept {
 /// is the other end. Else the first sender is at this port, and what arrives here untouched is the other end's.
 void DirectionLearner::EvaluateOnePort() noexcept {
   const auto nearly_all = [](std::uint32_t part, const Sender& s) {
-    return part >= s.frames() || (s.frames() - part) * kNoCopyOneIn <= s.frames();
+    return part >= s.frames() || (s.frames() - part) * threshold::kNoCopyOneIn <= s.frames();
   };
   Sender* main = nullptr;
   for (std::size_t i = 0; i < count_; ++i) {
@@ -208,7 +186,8 @@ void DirectionLearner::EvaluateOnePort() noexcept {
   if (main == nullptr) return;
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
-    if (&s == main || s.frames() < kEndFrames || s.counted > 0 || s.bit_set > 0 || !nearly_all(s.echoes, s)) continue;
+    if (&s == main || s.frames() < threshold::kEndFrames || s.counted > 0 || s.bit_set > 0 || !nearly_all(s.echoes, s))
+      continue;
     s.other_end = redundant_ = true;
     main->one_port = one_port_ = main->counted == 0 && main->bit_set == 0;
   }
@@ -219,7 +198,7 @@ void DirectionLearner::EvaluateOnePort() noexcept {
 /// two segments with equal programs were captured.
 void DirectionLearner::AssessCopies() noexcept {
   const auto nearly_all = [](std::uint32_t part, const Sender& s) {
-    return (s.frames() - part) * kNoCopyOneIn <= s.frames();
+    return (s.frames() - part) * threshold::kNoCopyOneIn <= s.frames();
   };
   const Sender* main = nullptr;
   bool main_copies = false;
@@ -236,14 +215,15 @@ void DirectionLearner::AssessCopies() noexcept {
   if (main == nullptr) return;
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
-    if (&s == main || s.frames() < kEndFrames) continue;
-    const bool as_many = s.frames() >= main->frames() || (main->frames() - s.frames()) * kNoCopyOneIn <= s.frames();
+    if (&s == main || s.frames() < threshold::kEndFrames) continue;
+    const bool as_many =
+        s.frames() >= main->frames() || (main->frames() - s.frames()) * threshold::kNoCopyOneIn <= s.frames();
     const bool in_step = s.answered && s.counted > 0 && as_many && nearly_all(s.alike, s);
-    const bool both_exchange = s.exchanged >= kTurns && main->exchanged >= kTurns;
+    const bool both_exchange = s.exchanged >= threshold::kTurns && main->exchanged >= threshold::kTurns;
     const bool passes_no_slave = s.answered && s.counted == 0 && !s.moved && s.passed_no_slave > 0;
     // On their way back slaves do not even change the address.
     const bool sends_dummies = s.counted == 0 && nearly_all(s.dummies, s);
-    if (in_step && (s.both_accepted >= kTurns || (both_exchange && !nearly_all(s.copies, s)))) {
+    if (in_step && (s.both_accepted >= threshold::kTurns || (both_exchange && !nearly_all(s.copies, s)))) {
       s.reading = Reading::kForeign;
     } else if (passes_no_slave || sends_dummies || (nearly_all(s.copies, s) && s.both_accepted == 0)) {
       s.other_end = redundant_ = true;
@@ -264,9 +244,11 @@ void DirectionLearner::IgnoreOtherBuses() noexcept {
   }
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
-    if (!s.answered || s.other_end || &s == main || s.turns < kTurns || s.twins * kTwinsOneIn >= s.frames()) continue;
+    if (!s.answered || s.other_end || &s == main || s.turns < threshold::kTurns ||
+        s.twins * threshold::kTwinsOneIn >= s.frames())
+      continue;
     // Slaves whose process data two masters set up would take those of the last one only.
-    const bool both_exchange = s.exchanged >= kTurns && main->exchanged >= kTurns;
+    const bool both_exchange = s.exchanged >= threshold::kTurns && main->exchanged >= threshold::kTurns;
     const bool other_slaves = s.slaves && main->slaves && *s.slaves != *main->slaves;
     if (both_exchange || other_slaves) s.reading = Reading::kForeign;
   }
@@ -281,7 +263,8 @@ void DirectionLearner::LearnRepetition(Sender& sender, const wire::FrameView& fr
   }
   const FrameRef last = std::exchange(sender.last, frame.ref());
   const bool first = !last.seen();
-  const bool pause = !last.has_time || !frame.ref().has_time || Elapsed(last.time, frame.ref().time) >= kPauseNs;
+  const bool pause =
+      !last.has_time || !frame.ref().has_time || Elapsed(last.time, frame.ref().time) >= threshold::kPauseNs;
   if (!first && index != sender.last_index) ++sender.index_changes;
   if (!first && pause && content == sender.last_content && !wire::IsLogical(frame[0].command())) ++sender.repeated;
   sender.last_index = index;
@@ -296,7 +279,7 @@ bool DirectionLearner::LearnBackFirst(Sender& sender, const wire::FrameView& fra
   const auto back = std::find_if(sender.open.begin(), sender.open.end(), [&](const Open& o) {
     if (!o.used || !o.mac_bit || o.key != frame.key() || o.port == port || !Further(o.progress, progress)) return false;
     const std::int64_t apart = Elapsed(o.frame.time, frame.ref().time);
-    return apart > 0 && apart <= kSkewNs;
+    return apart > 0 && apart <= threshold::kSkewNs;
   });
   if (back == sender.open.end()) return false;
   back->used = false;
@@ -347,10 +330,10 @@ void DirectionLearner::Finish() noexcept {
     Sender& s = senders_[i];
     if (s.bit_clear > 0 && s.bit_set > 0) {
       s.reading = Reading::kMacBit;
-    } else if (s.frames() > 1 && s.pairs * 8 >= s.frames()) {
+    } else if (s.frames() > 1 && s.pairs * threshold::kPairsOneIn >= s.frames()) {
       // Two copies of (nearly) every frame, and the bit does not distinguish them. Polls that no slave answers do not
       // count.
-      if (s.port_out != s.port_back && s.pairs_by_port * 10 >= s.pairs * 9) {
+      if (s.port_out != s.port_back && (s.pairs - s.pairs_by_port) * threshold::kOtherPortOneIn <= s.pairs) {
         s.reading = Reading::kByPort;
       } else {
         s.reading = s.flag_in > 0 && s.flag_out > 0 ? Reading::kByFlag : Reading::kByPair;
@@ -360,7 +343,8 @@ void DirectionLearner::Finish() noexcept {
     }
     s.answered = true;
     // Where one index serves for all, the outbound copy after a return may be the next frame's.
-    if (s.back_first >= kBackFirst && s.index_changes * kNumberedOneIn >= s.frames()) returns_stamped_first_ = true;
+    if (s.back_first >= threshold::kBackFirstFrames && s.index_changes * threshold::kNumberedOneIn >= s.frames())
+      returns_stamped_first_ = true;
     master_proven_ = any_outbound = any_returned = true;
   }
   const auto with_bit = [](const Sender& s) { return s.answered && s.bit_set > 0; };
@@ -377,12 +361,12 @@ void DirectionLearner::Finish() noexcept {
       s.reading = Reading::kForeign;
     } else if (s.other_end && one_port_) {
       s.reading = Reading::kAllReturned;
-    } else if (s.counted * 4 >= s.frames()) {
+    } else if (s.counted * threshold::kReturnedOneIn >= s.frames()) {
       // Masters send working counters of 0.
       s.reading = Reading::kAllReturned;
       any_returned = true;
-    } else if (s.counted == 0 && s.repeated >= kRepeated && s.repeated * 2 >= s.frames() &&
-               s.index_changes >= kIndexChanges) {
+    } else if (s.counted == 0 && s.repeated >= threshold::kRepeatedFrames &&
+               s.repeated * threshold::kRepeatedOneIn >= s.frames() && s.index_changes >= threshold::kIndexChanges) {
       s.reading = s.bit_clear > 0 ? Reading::kMacBit : Reading::kAllOutbound;
       s.unanswered = no_answers_ = true;
     } else {
@@ -445,8 +429,8 @@ bool DirectionLearner::Unanswered(const wire::FrameView& frame) const noexcept {
 bool DirectionLearner::IsTappedAfterSlaves(const wire::FrameView& frame) const noexcept {
   const Sender* sender = Find(SenderOf(frame));
   // With a single slave in front most of what others are asked passes it uncounted.
-  return sender != nullptr && sender->pairs_counted >= kCountedOnTheirWay &&
-         sender->pairs_counted * kCountedOneIn >= sender->pairs;
+  return sender != nullptr && sender->pairs_counted >= threshold::kCountedFrames &&
+         sender->pairs_counted * threshold::kCountedOneIn >= sender->pairs;
 }
 
 bool DirectionLearner::IsOnePort(const wire::FrameView& frame) const noexcept {

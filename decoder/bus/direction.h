@@ -57,8 +57,6 @@ struct Progress {
 
 class DirectionLearner {
  public:
-  /// No clocks of two interfaces differ by more where they are to be compared at all.
-  static constexpr std::int64_t kSkewNs = 1'000'000;
   static constexpr std::size_t kMaxMasters = 16;
 
   /// Examines one frame of the look-ahead window, before any call of Classify().
