@@ -8,7 +8,7 @@
 #include "analyzers/model/drive_parameters.h"
 #include "decoder/base/time.h"
 #include "decoder/base/wrapping.h"
-#include "decoder/bus/pairing.h"
+#include "decoder/bus/thresholds.h"
 #include "decoder/esc/fmmu.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
@@ -100,7 +100,7 @@ bool SyncModel::IsCopyOfLast(const wire::FrameView& frame) const {
   if (frame.key() != last_key_ || frame.ref().number != last_seen_.number + 1) return false;
   if (!frame.ref().has_time || !last_seen_.has_time) return false;
   const std::int64_t apart = Elapsed(last_seen_.time, frame.ref().time);
-  return apart >= -bus::Pairing::kCopyNs && apart <= bus::Pairing::kCopyNs;
+  return apart >= -bus::threshold::kCopyNs && apart <= bus::threshold::kCopyNs;
 }
 
 void SyncModel::BeginFrame(const FrameRef& sent, const FrameRef& returned) {

@@ -5,33 +5,10 @@
 
 #include "decoder/base/time.h"
 #include "decoder/base/wrapping.h"
+#include "decoder/bus/thresholds.h"
 
 namespace ecaudit::bus {
 namespace {
-
-/// No master repeats a frame sooner; a packet that was captured twice may come so soon.
-constexpr std::int64_t kPauseNs = 100'000;
-/// Numbers of repetitions and of other indices that show a time-out: where one index serves for all, equal polls
-/// do not.
-constexpr std::uint32_t kRepeated = 3;
-constexpr std::uint32_t kIndexChanges = 2;
-/// Number of turns that is no recording after another one; of the frames of a redundant line nearly all are twins.
-constexpr std::uint32_t kTurns = 8;
-constexpr std::uint32_t kTwinsOneIn = 8;
-/// The other end of a redundant line sends within this time; minimum of frames, and of frames for one that is no copy.
-constexpr std::int64_t kAtOnceNs = 50'000;
-constexpr std::uint32_t kEndFrames = 8;
-constexpr std::uint32_t kNoCopyOneIn = 8;
-/// Number of returns before their outbound copies that shows different clocks.
-constexpr std::uint32_t kBackFirst = 8;
-/// A master that numbers its frames: of both copies of a frame one has another index than the packet before.
-constexpr std::uint32_t kNumberedOneIn = 4;
-/// Masters send working counters of 0: a minimum of frames, and one of a number, with another one that goes up later
-/// have passed slaves before they came to the tap.
-constexpr std::uint32_t kCountedOnTheirWay = 3;
-constexpr std::uint32_t kCountedOneIn = 32;
-/// What the other end sends arrives within this: a round trip.
-constexpr std::int64_t kEchoNs = 500'000;
 
 bool IsExchanged(const wire::FrameView& frame) {
   for (std::size_t i = 0; i < frame.size(); ++i) {
@@ -91,9 +68,10 @@ DirectionLearner::Sender* DirectionLearner::Find(std::uint64_t mac) noexcept {
 }
 
 const DirectionLearner::Sender* DirectionLearner::Find(std::uint64_t mac) const noexcept {
-  const auto end = senders_.begin() + static_cast<std::ptrdiff_t>(count_);
-  const auto found = std::find_if(senders_.begin(), end, [&](const Sender& s) { return s.mac == mac; });
-  return found == end ? nullptr : &*found;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (senders_[i].mac == mac) return &senders_[i];
+  }
+  return nullptr;
 }
 
 void DirectionLearner::Learn(const wire::FrameView& frame) noexcept {
@@ -118,7 +96,8 @@ void DirectionLearner::Learn(const wire::FrameView& frame) noexcept {
 void DirectionLearner::LearnTurn(Sender& sender, const wire::FrameView& frame) noexcept {
   if (std::exchange(last_, &sender) != &sender) ++sender.turns;
   const bool copy = LearnCopy(sender, frame);
-  // At the other end of a redundant line some masters send one broadcast under the index of each frame.
+  // At the other end of a redundant line some masters send one broadcast under
+  // the index of each frame.
   const auto only_broadcast = [](std::size_t datagrams, wire::Command first) {
     return datagrams == 1 && wire::IsBroadcast(first);
   };
@@ -135,12 +114,13 @@ void DirectionLearner::LearnTurn(Sender& sender, const wire::FrameView& frame) n
   if (sender.last_only_broadcast && IsUnderIndexOfAnother(sender, frame)) ++sender.dummies;
 }
 
-/// True when the last frame of another sender has that index, and is no older than a round trip.
+/// True when the last frame of another sender has that index, and is no older
+/// than a round trip.
 bool DirectionLearner::IsUnderIndexOfAnother(const Sender& sender, const wire::FrameView& frame) const noexcept {
   return std::any_of(senders_.begin(), senders_.begin() + static_cast<std::ptrdiff_t>(count_), [&](const Sender& s) {
     if (&s == &sender || !s.last.has_time || !frame.ref().has_time || s.last_index != frame[0].index()) return false;
     const std::int64_t apart = Elapsed(s.last.time, frame.ref().time);
-    return apart >= 0 && apart <= kEchoNs;
+    return apart >= 0 && apart <= threshold::kEchoNs;
   });
 }
 
@@ -163,7 +143,7 @@ bool DirectionLearner::LearnCopy(Sender& sender, const wire::FrameView& frame) n
       taken = taken || (asked.taken && other.taken);
       if (!other.frame.has_time || !asked.frame.has_time) continue;
       const std::int64_t apart = Elapsed(other.frame.time, asked.frame.time);
-      copy = copy || (apart >= -kAtOnceNs && apart <= kAtOnceNs);
+      copy = copy || (apart >= -threshold::kAtOnceNs && apart <= threshold::kAtOnceNs);
     }
   }
   LearnEcho(sender, asked);
@@ -175,7 +155,8 @@ bool DirectionLearner::LearnCopy(Sender& sender, const wire::FrameView& frame) n
   return copy;
 }
 
-/// The same under the same index, or one broadcast under the index of the frame before, within a round trip.
+/// The same under the same index, or one broadcast under the index of the frame
+/// before, within a round trip.
 void DirectionLearner::LearnEcho(Sender& sender, const Asked& asked) noexcept {
   bool echo = false;
   for (std::size_t i = 0; i < count_; ++i) {
@@ -184,7 +165,7 @@ void DirectionLearner::LearnEcho(Sender& sender, const Asked& asked) noexcept {
     const bool found = std::any_of(other.asked.begin(), other.asked.end(), [&](const Asked& before) {
       if (!before.frame.has_time || !asked.frame.has_time) return false;
       const bool same = before.key == asked.key || (before.index == asked.index && (before.dummy || asked.dummy));
-      return same && Elapsed(before.frame.time, asked.frame.time) <= kEchoNs;
+      return same && Elapsed(before.frame.time, asked.frame.time) <= threshold::kEchoNs;
     });
     if (!found) continue;
     echo = true;
@@ -193,40 +174,37 @@ void DirectionLearner::LearnEcho(Sender& sender, const Asked& asked) noexcept {
   if (echo) ++sender.echoes;
 }
 
-/// If no frame returns to any sender: frames that have passed slaves came to this port from the main end, and this port
-/// is the other end. Else the first sender is at this port, and what arrives here untouched is the other end's.
+/// If no frame returns to any sender: frames that have passed slaves came to
+/// this port from the main end, and this port is the other end. Else the first
+/// sender is at this port, and what arrives here untouched is the other end's.
 void DirectionLearner::EvaluateOnePort() noexcept {
-  const auto nearly_all = [](std::uint32_t part, const Sender& s) {
-    return part >= s.frames() || (s.frames() - part) * kNoCopyOneIn <= s.frames();
-  };
   Sender* main = nullptr;
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
     if (s.answered) return;
-    if (nearly_all(s.echoes, s) && (main == nullptr || (main->counted == 0 && s.counted > 0))) main = &s;
+    if (s.NearlyAll(s.echoes) && (main == nullptr || (main->counted == 0 && s.counted > 0))) main = &s;
   }
   if (main == nullptr) return;
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
-    if (&s == main || s.frames() < kEndFrames || s.counted > 0 || s.bit_set > 0 || !nearly_all(s.echoes, s)) continue;
+    if (&s == main || s.frames() < threshold::kEndFrames || s.counted > 0 || s.bit_set > 0 || !s.NearlyAll(s.echoes))
+      continue;
     s.other_end = redundant_ = true;
     main->one_port = one_port_ = main->counted == 0 && main->bit_set == 0;
   }
 }
 
-/// The main end is the first sender, else the one with most accepted frames. A sender with the same frames is its other
-/// end, unless both are answered by the slaves that they name, or exchange process data and are not at it at once: then
-/// two segments with equal programs were captured.
+/// The main end is the first sender, else the one with most accepted frames. A
+/// sender with the same frames is its other end, unless both are answered by
+/// the slaves that they name, or exchange process data and are not at it at
+/// once: then two segments with equal programs were captured.
 void DirectionLearner::AssessCopies() noexcept {
-  const auto nearly_all = [](std::uint32_t part, const Sender& s) {
-    return (s.frames() - part) * kNoCopyOneIn <= s.frames();
-  };
   const Sender* main = nullptr;
   bool main_copies = false;
   for (std::size_t i = 0; i < count_; ++i) {
     const Sender& s = senders_[i];
     if (!s.answered || s.counted == 0) continue;
-    const bool copies = nearly_all(s.copies, s);
+    const bool copies = s.NearlyAll(s.copies);
     const bool better =
         main == nullptr || (main_copies && !copies) || (main_copies == copies && s.counted > main->counted);
     if (!better) continue;
@@ -236,22 +214,25 @@ void DirectionLearner::AssessCopies() noexcept {
   if (main == nullptr) return;
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
-    if (&s == main || s.frames() < kEndFrames) continue;
-    const bool as_many = s.frames() >= main->frames() || (main->frames() - s.frames()) * kNoCopyOneIn <= s.frames();
-    const bool in_step = s.answered && s.counted > 0 && as_many && nearly_all(s.alike, s);
-    const bool both_exchange = s.exchanged >= kTurns && main->exchanged >= kTurns;
-    const bool passes_no_slave = s.answered && s.counted == 0 && !s.moved && s.passed_no_slave > 0;
-    // On their way back slaves do not even change the address.
-    const bool sends_dummies = s.counted == 0 && nearly_all(s.dummies, s);
-    if (in_step && (s.both_accepted >= kTurns || (both_exchange && !nearly_all(s.copies, s)))) {
-      s.reading = Reading::kForeign;
-    } else if (passes_no_slave || sends_dummies || (nearly_all(s.copies, s) && s.both_accepted == 0)) {
-      s.other_end = redundant_ = true;
-      if (s.answered) continue;
-      // On their way back slaves hand frames on without setting the bit.
-      s.answered = true;
-      s.reading = Reading::kByPair;
-    }
+    if (&s == main || s.frames() < threshold::kEndFrames) continue;
+    const bool as_many =
+        s.frames() >= main->frames() || (main->frames() - s.frames()) * threshold::kNoCopyOneIn <= s.frames();
+    Facts<CopyFact> facts{};
+    facts.Set(CopyFact::kInStep, s.answered && s.counted > 0 && as_many && s.NearlyAll(s.alike));
+    facts.Set(CopyFact::kCopies, s.NearlyAll(s.copies));
+    facts.Set(CopyFact::kSomeAccepted, s.both_accepted > 0);
+    facts.Set(CopyFact::kManyAccepted, s.both_accepted >= threshold::kTurns);
+    facts.Set(CopyFact::kBothExchange, s.Exchanges() && main->Exchanges());
+    facts.Set(CopyFact::kPassesNoSlave, s.answered && s.counted == 0 && !s.moved && s.passed_no_slave > 0);
+    facts.Set(CopyFact::kSendsDummies, s.counted == 0 && s.NearlyAll(s.dummies));
+    const Role role = Decide(kRoleByCopies, facts);
+    if (role == Role::kOtherBus) s.reading = Reading::kForeign;
+    if (role != Role::kOtherEnd) continue;
+    s.other_end = redundant_ = true;
+    if (s.answered) continue;
+    // On their way back slaves hand frames on without setting the bit.
+    s.answered = true;
+    s.reading = Reading::kByPair;
   }
 }
 
@@ -264,15 +245,18 @@ void DirectionLearner::IgnoreOtherBuses() noexcept {
   }
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
-    if (!s.answered || s.other_end || &s == main || s.turns < kTurns || s.twins * kTwinsOneIn >= s.frames()) continue;
-    // Slaves whose process data two masters set up would take those of the last one only.
-    const bool both_exchange = s.exchanged >= kTurns && main->exchanged >= kTurns;
-    const bool other_slaves = s.slaves && main->slaves && *s.slaves != *main->slaves;
-    if (both_exchange || other_slaves) s.reading = Reading::kForeign;
+    if (!s.answered || s.other_end || &s == main) continue;
+    Facts<TurnFact> facts{};
+    facts.Set(TurnFact::kTurns, s.turns >= threshold::kTurns);
+    facts.Set(TurnFact::kTwins, s.twins * threshold::kTwinsOneIn >= s.frames());
+    facts.Set(TurnFact::kBothExchange, s.Exchanges() && main->Exchanges());
+    facts.Set(TurnFact::kOtherSlaves, s.slaves && main->slaves && *s.slaves != *main->slaves);
+    if (Decide(kRoleByTurns, facts) == Role::kOtherBus) s.reading = Reading::kForeign;
   }
 }
 
-/// Process data may be the same in every cycle; what else a master sends again and again is meant to be answered.
+/// Process data may be the same in every cycle; what else a master sends again
+/// and again is meant to be answered.
 void DirectionLearner::LearnRepetition(Sender& sender, const wire::FrameView& frame) noexcept {
   const std::uint8_t index = frame[0].index();
   std::uint64_t content = frame.key();
@@ -281,14 +265,16 @@ void DirectionLearner::LearnRepetition(Sender& sender, const wire::FrameView& fr
   }
   const FrameRef last = std::exchange(sender.last, frame.ref());
   const bool first = !last.seen();
-  const bool pause = !last.has_time || !frame.ref().has_time || Elapsed(last.time, frame.ref().time) >= kPauseNs;
+  const bool pause =
+      !last.has_time || !frame.ref().has_time || Elapsed(last.time, frame.ref().time) >= threshold::kPauseNs;
   if (!first && index != sender.last_index) ++sender.index_changes;
   if (!first && pause && content == sender.last_content && !wire::IsLogical(frame[0].command())) ++sender.repeated;
   sender.last_index = index;
   sender.last_content = content;
 }
 
-/// @return true when the frame is the outbound copy of a return that was stamped before it
+/// @return true when the frame is the outbound copy of a return that was
+/// stamped before it
 bool DirectionLearner::LearnBackFirst(Sender& sender, const wire::FrameView& frame) noexcept {
   if (frame.mac_bit() || !frame.ref().has_time) return false;
   const Progress progress = ProgressOf(frame);
@@ -296,7 +282,7 @@ bool DirectionLearner::LearnBackFirst(Sender& sender, const wire::FrameView& fra
   const auto back = std::find_if(sender.open.begin(), sender.open.end(), [&](const Open& o) {
     if (!o.used || !o.mac_bit || o.key != frame.key() || o.port == port || !Further(o.progress, progress)) return false;
     const std::int64_t apart = Elapsed(o.frame.time, frame.ref().time);
-    return apart > 0 && apart <= kSkewNs;
+    return apart > 0 && apart <= threshold::kSkewNs;
   });
   if (back == sender.open.end()) return false;
   back->used = false;
@@ -341,54 +327,57 @@ void DirectionLearner::LearnPair(Sender& sender, const wire::FrameView& frame) n
 }
 
 void DirectionLearner::Finish() noexcept {
-  bool any_outbound = false;
-  bool any_returned = false;
-  for (std::size_t i = 0; i < count_; ++i) {
-    Sender& s = senders_[i];
-    if (s.bit_clear > 0 && s.bit_set > 0) {
-      s.reading = Reading::kMacBit;
-    } else if (s.frames() > 1 && s.pairs * 8 >= s.frames()) {
-      // Two copies of (nearly) every frame, and the bit does not distinguish them. Polls that no slave answers do not
-      // count.
-      if (s.port_out != s.port_back && s.pairs_by_port * 10 >= s.pairs * 9) {
-        s.reading = Reading::kByPort;
-      } else {
-        s.reading = s.flag_in > 0 && s.flag_out > 0 ? Reading::kByFlag : Reading::kByPair;
-      }
-    } else {
-      continue;
-    }
-    s.answered = true;
-    // Where one index serves for all, the outbound copy after a return may be the next frame's.
-    if (s.back_first >= kBackFirst && s.index_changes * kNumberedOneIn >= s.frames()) returns_stamped_first_ = true;
-    master_proven_ = any_outbound = any_returned = true;
-  }
+  master_proven_ = ReadBothCopies();
   const auto with_bit = [](const Sender& s) { return s.answered && s.bit_set > 0; };
   const auto end = senders_.begin() + static_cast<std::ptrdiff_t>(count_);
   bit_is_no_evidence_ = master_proven_ && std::none_of(senders_.begin(), end, with_bit);
   AssessCopies();
   EvaluateOnePort();
   IgnoreOtherBuses();
+  ReadOneCopies();
+}
+
+/// @return true when both copies of the frames of some sender are there
+bool DirectionLearner::ReadBothCopies() noexcept {
+  bool any = false;
+  for (std::size_t i = 0; i < count_; ++i) {
+    Sender& s = senders_[i];
+    Facts<BothCopiesFact> facts{};
+    facts.Set(BothCopiesFact::kBothBits, s.bit_clear > 0 && s.bit_set > 0);
+    facts.Set(BothCopiesFact::kPairs, s.frames() > 1 && s.pairs * threshold::kPairsOneIn >= s.frames());
+    facts.Set(BothCopiesFact::kPorts,
+              s.port_out != s.port_back && (s.pairs - s.pairs_by_port) * threshold::kOtherPortOneIn <= s.pairs);
+    facts.Set(BothCopiesFact::kFlags, s.flag_in > 0 && s.flag_out > 0);
+    s.reading = Decide(kReadBothCopies, facts);
+    if (s.reading == Reading::kUnknown) continue;
+    any = s.answered = true;
+    // Where one index serves for all, the outbound copy after a return may be
+    // the next frame's.
+    const bool numbered = s.index_changes * threshold::kNumberedOneIn >= s.frames();
+    if (s.back_first >= threshold::kBackFirstFrames && numbered) returns_stamped_first_ = true;
+  }
+  return any;
+}
+
+void DirectionLearner::ReadOneCopies() noexcept {
+  bool any_outbound = master_proven_;
+  bool any_returned = master_proven_;
   for (std::size_t i = 0; i < count_; ++i) {
     Sender& s = senders_[i];
     if (s.answered) continue;
-    if (master_proven_) {
-      // The bus's master has both copies; a sender with only one joined late.
-      s.reading = Reading::kForeign;
-    } else if (s.other_end && one_port_) {
-      s.reading = Reading::kAllReturned;
-    } else if (s.counted * 4 >= s.frames()) {
-      // Masters send working counters of 0.
-      s.reading = Reading::kAllReturned;
-      any_returned = true;
-    } else if (s.counted == 0 && s.repeated >= kRepeated && s.repeated * 2 >= s.frames() &&
-               s.index_changes >= kIndexChanges) {
-      s.reading = s.bit_clear > 0 ? Reading::kMacBit : Reading::kAllOutbound;
-      s.unanswered = no_answers_ = true;
-    } else {
-      s.reading = s.bit_clear > 0 ? Reading::kMacBit : Reading::kByPair;
-      any_outbound = true;
-    }
+    Facts<OneCopyFact> facts{};
+    facts.Set(OneCopyFact::kOthersHaveBoth, master_proven_);
+    facts.Set(OneCopyFact::kEndOfOnePort, s.other_end && one_port_);
+    facts.Set(OneCopyFact::kCounted, s.counted * threshold::kReturnedOneIn >= s.frames());
+    facts.Set(OneCopyFact::kTimeOuts, s.counted == 0 && s.repeated >= threshold::kRepeatedFrames &&
+                                          s.repeated * threshold::kRepeatedOneIn >= s.frames() &&
+                                          s.index_changes >= threshold::kIndexChanges);
+    facts.Set(OneCopyFact::kBitClear, s.bit_clear > 0);
+    const OneCopyVerdict verdict = Decide(kReadOneCopy, facts);
+    s.reading = verdict.reading;
+    any_returned = any_returned || verdict.shows == Shows::kReturns;
+    any_outbound = any_outbound || verdict.shows == Shows::kOutbound;
+    if (verdict.shows == Shows::kNoAnswers) s.unanswered = no_answers_ = true;
   }
   no_answers_ = no_answers_ && !any_outbound && !any_returned;
   outbound_only_ = any_outbound && !any_returned;
@@ -398,11 +387,13 @@ void DirectionLearner::Finish() noexcept {
 Direction DirectionLearner::Classify(const wire::FrameView& frame) const noexcept {
   const Sender* sender = Find(SenderOf(frame));
   if (sender == nullptr) {
-    // A sender that shows up later: without the bit it is a master, with it only pairing can decide.
+    // A sender that shows up later: without the bit it is a master, with it
+    // only pairing can decide.
     return frame.mac_bit() || bit_is_no_evidence_ ? Direction::kByPair : Direction::kOutbound;
   }
   const Direction by_bit = frame.mac_bit() ? Direction::kReturned : Direction::kOutbound;
-  // In the window all frames of this sender had the same bit. One that differs is a copy from another place.
+  // In the window all frames of this sender had the same bit. One that differs
+  // is a copy from another place.
   const bool bit_differs = frame.mac_bit() != (sender->bit_set > 0);
   switch (sender->reading) {
     case Reading::kMacBit:
@@ -423,6 +414,7 @@ Direction DirectionLearner::Classify(const wire::FrameView& frame) const noexcep
       if (bit_differs) return by_bit;
       // Slaves that were plugged in since then count.
       return AnyWorkingCounter(frame) ? Direction::kByPair : Direction::kOutbound;
+    case Reading::kUnknown:
     case Reading::kForeign:
       return Direction::kForeign;
   }
@@ -444,9 +436,10 @@ bool DirectionLearner::Unanswered(const wire::FrameView& frame) const noexcept {
 
 bool DirectionLearner::IsTappedAfterSlaves(const wire::FrameView& frame) const noexcept {
   const Sender* sender = Find(SenderOf(frame));
-  // With a single slave in front most of what others are asked passes it uncounted.
-  return sender != nullptr && sender->pairs_counted >= kCountedOnTheirWay &&
-         sender->pairs_counted * kCountedOneIn >= sender->pairs;
+  // With a single slave in front most of what others are asked passes it
+  // uncounted.
+  return sender != nullptr && sender->pairs_counted >= threshold::kCountedFrames &&
+         sender->pairs_counted * threshold::kCountedOneIn >= sender->pairs;
 }
 
 bool DirectionLearner::IsOnePort(const wire::FrameView& frame) const noexcept {

@@ -75,7 +75,9 @@ class IndexCounter {
   void LearnStride(std::uint8_t first) noexcept;
   [[nodiscard]] std::uint8_t FramesBefore(std::uint8_t first) const noexcept;
   void Note(bool regular) noexcept {
-    constexpr std::uint32_t kAllButOldest = 0x7FFF'FFFF;
+    constexpr std::uint32_t kAllRegular = 0xFFFF'FFFF;
+    constexpr std::uint32_t kAllButOldest = kAllRegular >> 1U;
+    if (regular && history_ == kAllRegular) return;  // nearly always: nothing changes
     if (history_ > kAllButOldest) --regular_;
     history_ = (history_ & kAllButOldest) << 1U | (regular ? 1U : 0U);
     if (regular) ++regular_;
