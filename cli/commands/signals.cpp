@@ -34,7 +34,8 @@ class SignalsCommand : public Command {
     options.Footer(
         "\nA row is a frame with process data; columns: time_s (seconds from the first packet), dc_time_ns (system "
         "time\n"
-        "read in the same frame, where there is one), frame, then one a signal: S0 is the first slave (see --count-from). Empty:\n"
+        "read in the same frame, where there is one), frame, then one a signal: S0 is the first slave (see\n"
+        "--count-from). Empty: "
         "not in this frame, or the working counter does not show that the slave gave it. The capture is read twice,\n"
         "so that the columns of all its mappings are above the first row; after a change of the mapping\n"
         "the columns of the old one stay empty. Where the meaning of bytes is not known, they are one column in\n"

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <set>
+#include <utility>
 
+#include "analyzers/result/every_slave.h"
 #include "cli/report/layout.h"
 #include "cli/report/report.h"
 #include "cli/report/sentences.h"
@@ -119,6 +122,55 @@ std::string CoverageText(std::span<const RuleCoverage> rules) {
   if (!chapters.empty()) text += ": " + chapters;
   if (!without.empty()) text += "; not applicable: " + without;
   return text;
+}
+
+std::vector<MissingCount> WhatIsMissing(const AnalysisResult& result) {
+  // A line holds for one slave, for the bus, or for all slaves alike.
+  std::map<std::pair<std::string_view, SlaveId>, const NotEvaluable*> lines;
+  for (const NotEvaluable& entry : result.not_evaluable) lines.try_emplace({entry.rule, entry.slave}, &entry);
+  std::vector<MissingCount> missing;
+  for (const RuleCoverage& rule : result.coverage) {
+    for (const SlaveCoverage& slave : rule.slaves) {
+      if (slave.coverage != Coverage::kNotJudged) continue;
+      auto line = lines.find({rule.rule, slave.slave});
+      if (line == lines.end()) line = lines.find({rule.rule, kEverySlave});
+      if (line == lines.end()) line = lines.find({rule.rule, kNoSlave});
+      if (line == lines.end()) continue;
+      const Reason& reason = line->second->reason;
+      const bool is_thing = reason.code == ReasonCode::kNotInCapture && reason.what != nullptr;
+      const std::string what = is_thing ? std::string(reason.what->text) : TextOf(reason);
+      const auto at = std::find_if(missing.begin(), missing.end(), [&](const auto& m) { return m.what == what; });
+      if (at == missing.end()) {
+        missing.push_back({what, 1});
+      } else {
+        ++at->checks;
+      }
+    }
+  }
+  std::stable_sort(missing.begin(), missing.end(),
+                   [](const MissingCount& a, const MissingCount& b) { return a.checks > b.checks; });
+  return missing;
+}
+
+std::string CoverageSentence(const AnalysisResult& result) {
+  constexpr std::size_t kNamed = 2;
+  const CoverageCount count = CountOf(result.coverage);
+  if (count.applicable() == 0) return {};
+  std::string text = Grouped(count.judged) + " of " + Count(count.applicable(), "check") +
+                     (count.applicable() == 1 ? " that concerns this bus" : " that concern this bus");
+  if (count.partly > 0) text += ", " + Grouped(count.partly) + " more in part";
+  if (count.not_judged == 0) return text;
+  text += "; for " + Grouped(count.not_judged) + " the capture does not show enough";
+  const std::vector<MissingCount> missing = WhatIsMissing(result);
+  std::string list;
+  std::uint64_t named = 0;
+  for (std::size_t i = 0; i < missing.size() && i < kNamed; ++i) {
+    list += (list.empty() ? "" : ", ") + OneLine(missing[i].what) + ": " + Grouped(missing[i].checks);
+    named += missing[i].checks;
+  }
+  if (list.empty()) return text;
+  if (named < count.not_judged) list += ", other: " + Grouped(count.not_judged - named);
+  return text + " (" + list + ")";
 }
 
 bool IsJudged(const CoverageCount& count, std::uint64_t percent) {

@@ -45,6 +45,18 @@ struct ChapterCoverage {
 /// Latch, Start-up". Empty when nothing was counted.
 [[nodiscard]] std::string CoverageText(std::span<const RuleCoverage> rules);
 
+/// How many checks one missing thing keeps from being made.
+struct MissingCount {
+  std::string what;  ///< "the status word (6041h)"; a whole reason where it is not that a thing is not in the capture
+  std::uint64_t checks = 0;
+};
+/// Over all that was not evaluated, the most checks first.
+[[nodiscard]] std::vector<MissingCount> WhatIsMissing(const AnalysisResult& result);
+
+/// "43 of 76 checks that concern this bus, 1 more in part; for 32 the capture does not show enough (the status word
+/// (6041h): 13, the mapping of the outputs: 10, other: 9)". Empty when nothing applies.
+[[nodiscard]] std::string CoverageSentence(const AnalysisResult& result);
+
 /// Below this share of what applies, no one may take a capture for checked.
 inline constexpr std::uint64_t kLeastJudgedPercent = 50;
 /// Whether `percent` of what applies was evaluated in full; true when nothing applies.

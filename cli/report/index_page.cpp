@@ -109,25 +109,6 @@ std::string_view Badge(Status status) {
   return "plain";
 }
 
-/// Where a verdict stands in the list: what needs someone is above.
-int Urgency(Status status) {
-  switch (status) {
-    case Status::kFail:
-      return 0;
-    case Status::kUnmet:
-      return 1;
-    case Status::kUnreadable:
-      return 2;
-    case Status::kLimited:
-      return 3;
-    case Status::kPass:
-      return 4;
-    case Status::kNothingToCheck:
-      break;
-  }
-  return 5;
-}
-
 std::string_view Badge(Severity severity) {
   return severity == Severity::kError ? "error" : severity == Severity::kWarning ? "warning" : "info";
 }
@@ -284,11 +265,11 @@ class IndexPage {
     head("Warnings", true);
     head("What", false);
     out_ += "</tr></thead>\n<tbody>\n";
-    // Failures first; captures of the same verdict stay in their order.
+    // Captures of the same urgency stay in their order.
     std::vector<std::size_t> order(digest_.captures.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
-      return Urgency(StatusOf(digest_.captures[a])) < Urgency(StatusOf(digest_.captures[b]));
+      return UrgencyOf(digest_.captures[a]) < UrgencyOf(digest_.captures[b]);
     });
     for (const std::size_t i : order) Row(digest_.captures[i], cause_of_[i]);
     out_ += "</tbody></table></div>\n</section>\n";
@@ -301,7 +282,8 @@ class IndexPage {
     const std::string path = XmlText(capture.path);
     out_ += "<tr data-verdict=\"" + std::string(Name(status)) + "\" data-cause=\"" +
             (cause > 0 ? std::to_string(cause) : std::string()) + "\">";
-    out_ += Cell("data-key=\"" + std::to_string(Urgency(status)) + "\"", BadgeHtml(Badge(status), headline.verdict));
+    out_ += Cell("data-key=\"" + std::to_string(static_cast<unsigned>(UrgencyOf(capture))) + "\"",
+                 BadgeHtml(Badge(status), headline.verdict));
     out_ += Cell("class=\"path\"",
                  capture.page.empty() ? path : "<a href=\"" + XmlText(UriOf(capture.page)) + "\">" + path + "</a>");
     out_ += Cell("data-key=\"" + XmlText(capture.first_time) + "\"", XmlText(When(capture.first_time)));

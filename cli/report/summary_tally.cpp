@@ -86,6 +86,25 @@ Status StatusOf(const CaptureDigest& capture) {
   return summary.limited ? Status::kLimited : Status::kPass;
 }
 
+Urgency UrgencyOf(const CaptureDigest& capture) {
+  switch (StatusOf(capture)) {
+    case Status::kFail:
+      return Urgency::kFail;
+    case Status::kUnmet:
+      return Urgency::kUnmet;
+    case Status::kUnreadable:
+      return Urgency::kUnreadable;
+    case Status::kLimited:
+      return Urgency::kLimited;
+    case Status::kNothingToCheck:
+      return Urgency::kNothingToCheck;
+    case Status::kPass:
+      break;
+  }
+  const Summary summary = Summarise(capture);
+  return summary.errors + summary.warnings + summary.infos > 0 ? Urgency::kFindings : Urgency::kNoFinding;
+}
+
 std::string_view Tally::Verdict(const Digest& digest) const {
   if (failed + unmet > 0) return "fail";
   if (unreadable > 0 || digest.not_reached > 0) return "incomplete";

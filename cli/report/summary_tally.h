@@ -18,6 +18,10 @@ enum class Status : std::uint8_t { kFail, kUnmet, kUnreadable, kLimited, kPass, 
 [[nodiscard]] std::string_view Name(Status status);
 [[nodiscard]] Status StatusOf(const CaptureDigest& capture);
 
+/// The order in which all summaries list captures: what needs an engineer is first.
+enum class Urgency : std::uint8_t { kFail, kUnmet, kUnreadable, kFindings, kLimited, kNothingToCheck, kNoFinding };
+[[nodiscard]] Urgency UrgencyOf(const CaptureDigest& capture);
+
 /// One rule over all captures; known findings are left out.
 struct RuleTally {
   std::string rule;

@@ -86,40 +86,21 @@ void Causes(const Digest& digest, const Tally& tally, TextBuilder& text) {
   }
 }
 
-/// The order in which a person wants to learn of captures.
-std::size_t Rank(const CaptureDigest& capture) {
-  switch (StatusOf(capture)) {
-    case Status::kFail:
-      return 0;
-    case Status::kUnmet:
-      return 1;
-    case Status::kUnreadable:
-      return 2;
-    case Status::kPass: {
-      const Summary s = Summarise(capture);
-      return s.errors + s.warnings + s.infos > 0 ? 3 : 6;
-    }
-    case Status::kLimited:
-      return 4;
-    case Status::kNothingToCheck:
-      return 5;
-  }
-  return 6;
-}
-
+/// By urgency.
 constexpr std::array kStyles{Style::kError,   Style::kError,   Style::kError, Style::kWarning,
                              Style::kWarning, Style::kWarning, Style::kGood};
-constexpr std::size_t kQuiet = 6;
+static_assert(kStyles.size() == static_cast<std::size_t>(Urgency::kNoFinding) + 1);
 
 void Captures(const Digest& digest, const TextStyle& style, TextBuilder& text) {
   if (digest.captures.empty()) return;
   std::array<std::vector<const CaptureDigest*>, kStyles.size()> ranks;
-  for (const CaptureDigest& capture : digest.captures) ranks[Rank(capture)].push_back(&capture);
+  for (const CaptureDigest& capture : digest.captures)
+    ranks[static_cast<std::size_t>(UrgencyOf(capture))].push_back(&capture);
   if (!style.quiet) text.Line();
   if (!style.quiet) text.Line(text.Styled("Captures", Style::kBold));
   const std::size_t indent = style.quiet ? 0 : 2;
   for (std::size_t rank = 0; rank < ranks.size(); ++rank) {
-    if (rank == kQuiet && ranks[rank].size() > kQuietListed && !style.quiet) {
+    if (rank == static_cast<std::size_t>(Urgency::kNoFinding) && ranks[rank].size() > kQuietListed && !style.quiet) {
       text.Line("and " + Count(ranks[rank].size(), "capture") + " without findings", 2);
       continue;
     }

@@ -133,26 +133,10 @@ class CaptureText {
     WriteProgress(result_, text_);
   }
 
-  /// "evaluated: 204 of 216 checks, 6 in part; 4 rules not for every slave (see below)". A check is a rule for one
-  /// slave.
+  /// "evaluated: 204 of 216 checks that concern this bus, ...". A check is a rule for one slave.
   [[nodiscard]] std::string EvaluatedText() const {
-    const CoverageCount count = CountOf(result_.coverage);
-    std::string text;
-    if (count.applicable() > 0) {
-      text = "evaluated: " + Grouped(count.judged) + " of " + Count(count.applicable(), "check");
-      if (count.partly > 0) text += ", " + Grouped(count.partly) + " in part";
-    }
-    if (!result_.not_evaluable.empty()) {
-      text += (text.empty() ? "" : "; ") + Count(RulesNotJudged(), "rule") + " not for every slave (see below)";
-    }
-    return text;
-  }
-
-  [[nodiscard]] std::uint64_t RulesNotJudged() const {
-    std::vector<std::string_view> rules;
-    for (const NotEvaluable& entry : result_.not_evaluable) rules.push_back(entry.rule);
-    std::sort(rules.begin(), rules.end());
-    return static_cast<std::uint64_t>(std::unique(rules.begin(), rules.end()) - rules.begin());
+    const std::string text = CoverageSentence(result_);
+    return text.empty() ? text : "evaluated: " + text;
   }
 
   // --- slaves ---------------------------------------------------------------------------------------------------

@@ -445,6 +445,18 @@ class Fleet(CliTest):
         self.assertNotIn("<b>.pcap", index)
         self.assertEqual(len(re.findall(r"<tr data-verdict", index)), 4)
 
+    def test_text_and_index_have_one_order(self):
+        samples = SOURCE / "samples" / "captures"
+        for name in ("no-ethercat", "clean-startup", "mid-run", "coarse-timestamps", "duplicate-address"):
+            self.file(f"in/{name}.pcapng", (samples / f"{name}.pcapng").read_bytes())
+        self.run_program("batch", "in")
+        done = self.run_program("merge", "-q", "-o", "-", "-o", "html=all.html", "ecaudit-reports")
+        verdicts = [line.split()[0] for line in done.out.splitlines()[:-1]]
+        rows = re.findall(r'<tr data-verdict="([^"]+)"', (self.dir / "all.html").read_text())
+        self.assertEqual([v.lower().replace("error", "unreadable") for v in verdicts], rows, done.out)
+        self.assertEqual(rows[0], "fail")
+        self.assertEqual(rows[-1], "pass")
+
     def test_index_is_complete_in_itself(self):
         self.batch("-o", "html=pages")
         index = (self.dir / "pages" / "index.html").read_text()

@@ -159,6 +159,14 @@ class Coverage(CliTest):
             applicable = coverage["judged"] + coverage["partly"] + coverage["not_judged"]
             self.assertTrue(lines[0].strip().startswith(f"{coverage['judged']} of {applicable}"), lines)
             self.assertIn(f"\nevaluated: {coverage['judged']} of {applicable}", out)
+            sentence = " ".join(out[out.index("\nevaluated: "):].split("\n\n")[0].split())
+            if coverage["not_judged"] == 0:
+                self.assertNotIn("show enough", sentence)
+                continue
+            self.assertIn(f"for {coverage['not_judged']} the capture does not show enough (", sentence)
+            named = [int(n) for n in re.findall(r": (\d+)(?=[,)])", sentence)]
+            self.assertEqual(sum(named), coverage["not_judged"], sentence)
+            self.assertLessEqual(len(named), 3, sentence)
 
     def test_slaves_that_are_left_out_do_not_count(self):
         whole = self.coverage(SAMPLES / "clean-mixed-bus.pcapng")

@@ -123,8 +123,8 @@ TEST(TextWriter, FindingsStandBeforeSlavesAndTheCaptureLast) {
   for (std::size_t i = 1; i < order.size(); ++i) {
     EXPECT_LT(LineWith(lines, order[i - 1]), LineWith(lines, order[i])) << order[i];
   }
-  EXPECT_EQ(lines[3], "");
-  EXPECT_EQ(lines[4], "Findings");
+  EXPECT_EQ(lines[2], "");
+  EXPECT_EQ(lines[3], "Findings");
 }
 
 TEST(TextWriter, QuietIsTheVerdict) {
