@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <fnmatch.h>
 #include <set>
 #include <string_view>
 #include <system_error>
@@ -18,8 +17,8 @@
 #include "cli/report/sentences.h"
 #include "cli/report/times.h"
 #include "cli/suggest.h"
+#include "decoder/base/system/names.h"
 #include "decoder/base/text.h"
-#include "decoder/base/wrapping.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -89,7 +88,7 @@ struct Place {
 std::string_view NameIn(std::string_view path) {
   // Of the files of a ring buffer the first one.
   path = path.substr(0, path.find(", "));
-  return path.substr(WrappingSum(path.rfind('/'), std::size_t{1}));
+  return system::NameOf(path);
 }
 
 /// Whether the entry is about this machine.
@@ -105,7 +104,7 @@ bool IsFor(const Acceptance& accepted, const Place& place) {
   }
   const std::string name(NameIn(place.capture));
   return std::any_of(accepted.captures.begin(), accepted.captures.end(),
-                     [&](const std::string& pattern) { return fnmatch(pattern.c_str(), name.c_str(), 0) == 0; });
+                     [&](const std::string& pattern) { return system::MatchesPattern(name, pattern); });
 }
 
 /// Whether a finding is known, and its reason.

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <numeric>
-#include <poll.h>
-#include <sys/wait.h>
 #include <utility>
 
 #include "analyzers/options/options.h"
@@ -24,6 +22,88 @@ namespace {
 using PieceKind = WorkerPiece::Kind;
 
 constexpr int kProgressStepMs = 100;
+
+report::Report ReportOf(const BatchJob& job) {
+  report::Report report;
+  report.version = Version();
+  report.origin = job.origin;
+  return report;
+}
+
+std::optional<Error> WriteReport(const BatchJob& job, const report::Report& report) {
+  // Whatever stands there under the name of a report, it leads nowhere else.
+  if (auto error = CheckOutputPath(job.report, Links::kReplace)) return error;
+  return WriteOutputPieces(
+      job.report, [&](const report::TextSink& sink) { WriteJson(report, sink); }, Links::kReplace);
+}
+
+/// The page of a report is named as it; empty where none is wanted.
+std::string PageOf(const BatchJob& job, const BatchOptions& options) {
+  return options.pages.empty() ? std::string() : std::filesystem::path(job.report).stem().string() + ".html";
+}
+
+std::string PathOfPage(const BatchJob& job, const BatchOptions& options) {
+  return (std::filesystem::path(options.pages) / PageOf(job, options)).string();
+}
+
+Result<CheckedCapture> Check(const BatchJob& job, const WantedExtras& wanted, WorkerProgress& progress) {
+  if (!job.problem.empty()) return Error{job.problem};
+  return CheckCapture(
+      job.files, *job.settings, job.baseline, InterruptFlag(),
+      [&progress](std::uint64_t done, std::uint64_t /*total*/, std::uint64_t frames) {
+        progress.bytes = done;
+        progress.frames = frames;
+      },
+      wanted, &progress.reached);
+}
+
+/// In the worker.
+void DoJob(const BatchJob& job, const BatchOptions& options, WorkerProgress& progress, const BatchWorker::Send& send) {
+  report::Report report = ReportOf(job);
+  Result<CheckedCapture> capture = Check(job, options.wanted, progress);
+  if (!capture && InterruptFlag()) return send(PieceKind::kInterrupted, "");
+  if (!capture) {
+    report.unreadable.push_back({job.path, capture.error().message});
+  } else if (InterruptFlag() && !capture->report.result.capture.complete) {
+    return send(PieceKind::kInterrupted, "");
+  } else {
+    send(PieceKind::kFrames, std::to_string(capture->report.result.capture.packets));
+    if (capture->lacks_slave) send(PieceKind::kLacksSlave, "");
+    for (const std::string& slave : capture->missing) send(PieceKind::kMissing, slave);
+    for (const std::string& slave : capture->unmet) send(PieceKind::kUnmet, slave);
+    for (const std::string& notice : capture->notices) send(PieceKind::kNotice, notice);
+    report.captures.push_back(std::move(capture->report));
+  }
+  auto error = WriteReport(job, report);
+  if (!error && !options.pages.empty() && !report.captures.empty()) {
+    const std::string path = PathOfPage(job, options);
+    error = CheckOutputPath(path, Links::kReplace);
+    if (!error) error = WriteOutputFile(path, WriteHtml(report), Links::kReplace);
+  }
+  if (error) send(PieceKind::kCannotWrite, error->message);
+}
+
+BatchWorker::Work WorkOf(std::span<const BatchJob> jobs, const BatchOptions& options) {
+  return [jobs, &options](std::size_t number, WorkerProgress& progress, const BatchWorker::Send& send) {
+    DoJob(jobs[number], options, progress, send);
+  };
+}
+
+// The jobs of a worker that runs the program once more: one line each, F (files) or P (path and problem), with a zero
+// byte between the texts.
+
+std::string WriteTask(std::span<const BatchJob> jobs) {
+  std::string task;
+  for (const BatchJob& job : jobs) {
+    const bool known = job.problem.empty();
+    task += known ? 'F' : 'P';
+    for (const std::string& file : known ? job.files : std::vector{job.path, job.problem}) {
+      task.append(file).push_back('\0');
+    }
+    task += '\n';
+  }
+  return task;
+}
 
 class Batch {
  public:
@@ -64,9 +144,7 @@ class Batch {
         continue;
       }
       if (!worker.running()) {
-        error_ = worker.Start([this](std::size_t number, WorkerProgress& progress, const BatchWorker::Send& send) {
-          DoJob(jobs_[number], progress, send);
-        });
+        error_ = worker.Start(WriteTask(jobs_), WorkOf(jobs_, options_));
         if (error_) return;
       }
       worker.Give(job);
@@ -92,19 +170,19 @@ class Batch {
   }
 
   void WaitAndRead() {
-    std::vector<pollfd> waiting;
+    system::WorkerWait waiting;
     std::vector<BatchWorker*> busy;
     for (BatchWorker& worker : workers_) {
       if (!worker.busy()) continue;
-      waiting.push_back({worker.fd(), POLLIN, 0});
+      waiting.Add(worker.process());
       busy.push_back(&worker);
     }
-    const int ready = ::poll(waiting.data(), waiting.size(), kProgressStepMs);
+    const bool ready = waiting.Wait(kProgressStepMs);
     if (InterruptFlag() && !std::exchange(stop_sent_, true)) {
       for (BatchWorker* worker : busy) worker->Interrupt();
     }
-    for (std::size_t i = 0; ready > 0 && i < busy.size(); ++i) {
-      if (waiting[i].revents == 0) continue;
+    for (std::size_t i = 0; ready && i < busy.size(); ++i) {
+      if (!waiting.Has(i)) continue;
       BatchWorker& worker = *busy[i];
       const BatchWorker::Got got = worker.Read();
       if (got == BatchWorker::Got::kNothing) continue;
@@ -113,18 +191,18 @@ class Batch {
       } else {
         const std::size_t job = worker.job();
         const FrameNo reached = worker.progress()->reached;
-        const int status = worker.TakeStatus();
+        const system::Ending ending = worker.TakeEnding();
         // A second signal ends everything.
-        if (!InterruptFlag()) Crashed(job, HowItEnded(status, reached));
+        if (!InterruptFlag()) Crashed(job, HowItEnded(ending, reached));
       }
       bytes_done_ += jobs_[worker.job()].origin.bytes;
       ++finished_;
     }
   }
 
-  static std::string HowItEnded(int status, FrameNo reached) {
-    if (WIFSIGNALED(status)) return DescribeCrash(WTERMSIG(status), reached);
-    return "ecaudit " + std::string(Version()) + " ended with status " + std::to_string(WEXITSTATUS(status));
+  static std::string HowItEnded(const system::Ending& ending, FrameNo reached) {
+    if (ending.crashed) return DescribeCrash(ending.number, reached);
+    return "ecaudit " + std::string(Version()) + " ended with status " + std::to_string(ending.number);
   }
 
   /// Messages of the worker about a job, and its report.
@@ -185,73 +263,13 @@ class Batch {
     }
   }
 
-  static report::Report ReportOf(const BatchJob& job) {
-    report::Report report;
-    report.version = Version();
-    report.origin = job.origin;
-    return report;
-  }
-
-  static std::optional<Error> WriteReport(const BatchJob& job, const report::Report& report) {
-    // Whatever stands there under the name of a report, it leads nowhere else.
-    if (auto error = CheckOutputPath(job.report, Links::kReplace)) return error;
-    return WriteOutputPieces(
-        job.report, [&](const report::TextSink& sink) { WriteJson(report, sink); }, Links::kReplace);
-  }
-
-  // In the worker.
-
-  void DoJob(const BatchJob& job, WorkerProgress& progress, const BatchWorker::Send& send) const {
-    report::Report report = ReportOf(job);
-    Result<CheckedCapture> capture = Check(job, options_.wanted, progress);
-    if (!capture && InterruptFlag()) return send(PieceKind::kInterrupted, "");
-    if (!capture) {
-      report.unreadable.push_back({job.path, capture.error().message});
-    } else if (InterruptFlag() && !capture->report.result.capture.complete) {
-      return send(PieceKind::kInterrupted, "");
-    } else {
-      send(PieceKind::kFrames, std::to_string(capture->report.result.capture.packets));
-      if (capture->lacks_slave) send(PieceKind::kLacksSlave, "");
-      for (const std::string& slave : capture->missing) send(PieceKind::kMissing, slave);
-      for (const std::string& slave : capture->unmet) send(PieceKind::kUnmet, slave);
-      for (const std::string& notice : capture->notices) send(PieceKind::kNotice, notice);
-      report.captures.push_back(std::move(capture->report));
-    }
-    auto error = WriteReport(job, report);
-    if (!error && !options_.pages.empty() && !report.captures.empty()) {
-      const std::string path = PathOfPage(job);
-      error = CheckOutputPath(path, Links::kReplace);
-      if (!error) error = WriteOutputFile(path, WriteHtml(report), Links::kReplace);
-    }
-    if (error) send(PieceKind::kCannotWrite, error->message);
-  }
-
-  /// Named as the report is; empty where none is wanted.
-  [[nodiscard]] std::string PageOf(const BatchJob& job) const {
-    return options_.pages.empty() ? std::string() : std::filesystem::path(job.report).stem().string() + ".html";
-  }
-  [[nodiscard]] std::string PathOfPage(const BatchJob& job) const {
-    return (std::filesystem::path(options_.pages) / PageOf(job)).string();
-  }
   [[nodiscard]] bool LacksPage(const BatchJob& job) const {
     std::error_code ignored;
-    return !options_.pages.empty() && !std::filesystem::is_regular_file(PathOfPage(job), ignored);
+    return !options_.pages.empty() && !std::filesystem::is_regular_file(PathOfPage(job, options_), ignored);
   }
   /// Its page belongs to a capture that was read.
   void NamePage(const BatchJob& job, report::CaptureDigest& digest) const {
-    if (!LacksPage(job)) digest.page = PageOf(job);
-  }
-
-  [[nodiscard]] static Result<CheckedCapture> Check(const BatchJob& job, const WantedExtras& wanted,
-                                                    WorkerProgress& progress) {
-    if (!job.problem.empty()) return Error{job.problem};
-    return CheckCapture(
-        job.files, *job.settings, job.baseline, InterruptFlag(),
-        [&progress](std::uint64_t done, std::uint64_t /*total*/, std::uint64_t frames) {
-          progress.bytes = done;
-          progress.frames = frames;
-        },
-        wanted, &progress.reached);
+    if (!LacksPage(job)) digest.page = PageOf(job, options_);
   }
 
   void Show(Progress& progress) const {
@@ -285,6 +303,27 @@ class Batch {
 std::optional<Error> RunBatch(std::span<const BatchJob> jobs, const BatchOptions& options,
                               std::vector<BatchResult>& results, const Console& console) {
   return Batch(jobs, options, results).Run(console);
+}
+
+std::vector<BatchTask> ReadTask(std::string_view text) {
+  std::vector<BatchTask> tasks;
+  while (!text.empty()) {
+    const std::size_t line = std::min(text.find('\n'), text.size());
+    BatchTask& task = tasks.emplace_back();
+    task.is_problem = text.front() == 'P';
+    for (std::size_t at = 1; at < line;) {
+      const std::size_t end = std::min(text.find('\0', at), line);
+      task.texts.emplace_back(text.substr(at, end - at));
+      at = end + 1;
+    }
+    text.remove_prefix(std::min(line + 1, text.size()));
+  }
+  return tasks;
+}
+
+void ServeBatch(std::span<const BatchJob> jobs, const BatchOptions& options) {
+  const std::unique_ptr<system::ParentLink> parent = system::TakeParentLink();
+  BatchWorker::Serve(*parent, WorkOf(jobs, options));
 }
 
 }  // namespace ecaudit::cli

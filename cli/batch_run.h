@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/capture_check.h"
@@ -51,5 +52,16 @@ struct BatchOptions {
 /// @return why a report could not be written
 [[nodiscard]] std::optional<Error> RunBatch(std::span<const BatchJob> jobs, const BatchOptions& options,
                                             std::vector<BatchResult>& results, const Console& console);
+
+// Where a worker is no copy of its parent but the program run once more (system::WorkerTask()).
+
+/// Of what a job is to be made.
+struct BatchTask {
+  bool is_problem = false;         ///< the texts are a path, and why it cannot be read
+  std::vector<std::string> texts;  ///< else the files
+};
+[[nodiscard]] std::vector<BatchTask> ReadTask(std::string_view text);
+/// Does those of the jobs that the parent names.
+[[noreturn]] void ServeBatch(std::span<const BatchJob> jobs, const BatchOptions& options);
 
 }  // namespace ecaudit::cli

@@ -9,14 +9,12 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <span>
 #include <string>
-#include <sys/types.h>
-#include <utility>
 #include <vector>
 
 #include "decoder/base/ids.h"
 #include "decoder/base/result.h"
+#include "decoder/base/system/process.h"
 
 namespace ecaudit::cli {
 
@@ -48,41 +46,34 @@ class BatchWorker {
   using Send = std::function<void(WorkerPiece::Kind, const std::string&)>;
   using Work = std::function<void(std::size_t job, WorkerProgress& progress, const Send& send)>;
 
-  BatchWorker() = default;
-  BatchWorker(BatchWorker&& other) noexcept;
-  BatchWorker& operator=(BatchWorker&&) = delete;
-  /// Ends the process, if there is one, and waits for it.
-  ~BatchWorker();
-
   /// Starts a process that calls `work` for each job it is given.
-  [[nodiscard]] std::optional<Error> Start(const Work& work);
-  [[nodiscard]] bool running() const { return pid_ > 0; }
+  /// @param task  from which the process finds the jobs where it is no copy of this one (system::WorkerTask())
+  [[nodiscard]] std::optional<Error> Start(const std::string& task, const Work& work);
+  /// In a worker: does the jobs that its parent gives it.
+  [[noreturn]] static void Serve(system::ParentLink& parent, const Work& work);
+  [[nodiscard]] bool running() const { return process_.running(); }
   [[nodiscard]] bool busy() const { return busy_; }
   [[nodiscard]] std::size_t job() const { return job_; }
-  /// To be polled for input while busy().
-  [[nodiscard]] int fd() const { return fd_; }
-  [[nodiscard]] const WorkerProgress* progress() const { return progress_; }
+  /// To be waited for while busy().
+  [[nodiscard]] const system::Worker& process() const { return process_; }
+  [[nodiscard]] const WorkerProgress* progress() const { return static_cast<const WorkerProgress*>(process_.shared()); }
 
   void Give(std::size_t job);
   /// Asks it to leave the capture at hand. Once is enough.
-  void Interrupt();
+  void Interrupt() { process_.RequestStop(); }
 
   enum class Got : std::uint8_t { kNothing, kJobDone, kEnded };
-  /// Takes what it has reported so far; to be called when fd() has input. Afterwards pieces() is all that was reported
-  /// of job().
+  /// Takes what it has reported so far; to be called when process() has input. Afterwards pieces() is all that was
+  /// reported of job().
   [[nodiscard]] Got Read();
   [[nodiscard]] std::vector<WorkerPiece>& pieces() { return pieces_; }
-  /// After Got::kEnded: how it ended, as waitpid() shows; the worker can be started again.
-  [[nodiscard]] int TakeStatus();
+  /// After Got::kEnded: how it ended; the worker can be started again.
+  [[nodiscard]] system::Ending TakeEnding();
 
  private:
-  [[noreturn]] void Serve(int fd, const Work& work);
-
-  pid_t pid_ = 0;
-  int fd_ = -1;
+  system::Worker process_;
   bool busy_ = false;
   std::size_t job_ = 0;
-  WorkerProgress* progress_ = nullptr;
   std::string unread_;
   std::vector<WorkerPiece> pieces_;
 };

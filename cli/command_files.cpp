@@ -1,10 +1,10 @@
 #include "cli/command_files.h"
 
 #include <filesystem>
-#include <sys/stat.h>
 #include <system_error>
 
 #include "cli/output_file.h"
+#include "decoder/base/system/files.h"
 
 namespace ecaudit::cli {
 
@@ -15,8 +15,7 @@ CommandFiles::Identity CommandFiles::IdentityOf(const std::string& path) {
   const fs::path resolved = fs::weakly_canonical(absolute, ignored);
   // The spelling stands in where a name cannot be resolved, as in a folder that may not be read.
   Identity identity{(resolved.empty() ? absolute.lexically_normal() : resolved).string(), std::nullopt};
-  struct stat info {};
-  if (stat(path.c_str(), &info) == 0) identity.node.emplace(info.st_dev, info.st_ino);
+  if (const auto status = system::StatusOf(path)) identity.node = status->node;
   return identity;
 }
 

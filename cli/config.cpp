@@ -4,12 +4,11 @@
 #include <array>
 #include <filesystem>
 #include <string_view>
-#include <sys/stat.h>
 #include <system_error>
-#include <unistd.h>
 
 #include "cli/json_file.h"
 #include "cli/suggest.h"
+#include "decoder/base/system/files.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -149,13 +148,13 @@ std::optional<std::string> FindConfig(const std::string& capture) {
 }
 
 std::optional<Error> CheckConfigOwner(const std::string& path) {
-  const auto distrusted = [](const struct stat& info) { return info.st_uid != ::geteuid() && info.st_uid != 0; };
-  struct stat link {};
-  struct stat file {};
-  if (::lstat(path.c_str(), &link) != 0 || ::stat(path.c_str(), &file) != 0) return std::nullopt;
+  const std::optional<system::FileStatus> link = system::StatusOfLink(path);
+  const std::optional<system::FileStatus> file = system::StatusOf(path);
+  if (!link || !file) return std::nullopt;
   std::string why;
-  if (distrusted(link) || distrusted(file)) why = "belongs to another user";
-  if (why.empty() && S_ISREG(file.st_mode) && (file.st_mode & S_IWOTH) != 0) why = "is writable by all users";
+  if (link->foreign || file->foreign) why = "belongs to another user";
+  if (why.empty() && file->kind == system::FileKind::kRegular && file->writable_by_all)
+    why = "is writable by all users";
   if (why.empty()) return std::nullopt;
   return Error{path + " " + why + ", and its settings would change the result; --config " + path +
                " uses it, --config with a file of your own replaces it"};

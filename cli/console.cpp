@@ -2,25 +2,18 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
-#include <cstring>
-#include <sys/ioctl.h>
-#include <unistd.h>
 
 #include "cli/report/layout.h"
+#include "decoder/base/system/files.h"
+#include "decoder/base/system/program.h"
+#include "decoder/base/system/streams.h"
 
 namespace ecaudit::cli {
 namespace {
 
-bool IsTerminal(std::FILE* stream) {
-  return isatty(fileno(stream)) == 1;
-}
-
 /// no-color.org: any value but the empty one switches colours off.
 bool ColorForbidden() {
-  const char* no_color = std::getenv("NO_COLOR");
-  const char* term = std::getenv("TERM");
-  return (no_color != nullptr && *no_color != '\0') || (term != nullptr && std::strcmp(term, "dumb") == 0);
+  return !system::Environment("NO_COLOR").empty() || system::Environment("TERM") == "dumb";
 }
 
 }  // namespace
@@ -28,17 +21,16 @@ bool ColorForbidden() {
 Console::Console(std::FILE* out, std::FILE* err)
     : out_(out),
       err_(err),
-      color_(IsTerminal(out) && !ColorForbidden()),
-      output_is_terminal_(IsTerminal(out)),
-      error_is_terminal_(IsTerminal(err)) {}
+      color_(!ColorForbidden() && system::ShowsColors(out)),
+      output_is_terminal_(system::IsTerminal(out)),
+      error_is_terminal_(system::IsTerminal(err)) {}
 
 std::optional<std::size_t> Console::width() const {
   // Narrower than this nothing reads well; wider, the eye loses the line.
   constexpr std::size_t kLeast = 40;
   constexpr std::size_t kMost = 120;
-  winsize size{};
-  if (!output_is_terminal_ || ioctl(fileno(out_), TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return std::nullopt;
-  return std::clamp<std::size_t>(size.ws_col, kLeast, kMost);
+  const std::optional<std::size_t> columns = output_is_terminal_ ? system::ColumnsOf(out_) : std::nullopt;
+  return columns ? std::optional(std::clamp(*columns, kLeast, kMost)) : std::nullopt;
 }
 
 void Console::Error(std::string_view message) {
@@ -56,11 +48,11 @@ std::optional<ecaudit::Error> Console::Write(std::string_view text) {
   if (written && std::fflush(out_) == 0) return std::nullopt;
   const int reason = errno;
   std::clearerr(out_);
-  if (reason == EPIPE) {
+  if (system::ReaderHasGone(reason)) {
     reader_gone_ = true;
     return std::nullopt;
   }
-  return ecaudit::Error{std::string("cannot write to standard output: ") + std::strerror(reason)};
+  return ecaudit::Error{"cannot write to standard output: " + system::ReasonText(reason)};
 }
 
 ExitStatus Fail(Console& console, const ecaudit::Error& error) {

@@ -18,7 +18,7 @@ void ListenForCrashes();
 void LeaveCrashesAlone();
 
 /// "ecaudit 0.1.0 was ended by signal 11 (Segmentation fault) at packet 812"
-[[nodiscard]] std::string DescribeCrash(int signal_number, FrameNo reached);
+[[nodiscard]] std::string DescribeCrash(unsigned number, FrameNo reached);
 /// What a person is asked to do about an internal error.
 inline constexpr const char* kPleaseReport =
     "please report it as docs/CONTRIBUTING.md describes, with this line, the output of 'ecaudit --version', the "

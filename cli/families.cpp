@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "cli/suggest.h"
+#include "decoder/base/system/program.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -11,8 +12,8 @@ namespace {
 /// Where an installed program finds families for all of its users: beside itself, so that the tree can be moved.
 std::string SystemFolder() {
   std::error_code error;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (error) return {};
+  const std::filesystem::path program = system::ProgramPath();
+  if (program.empty()) return {};
   const std::filesystem::path folder = program.parent_path().parent_path() / "share" / "ecaudit" / "profiles";
   return std::filesystem::is_directory(folder, error) ? folder.string() : std::string();
 }

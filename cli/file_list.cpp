@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <glob.h>
 #include <map>
 #include <optional>
 #include <set>
 #include <system_error>
 #include <utility>
 
+#include "decoder/base/system/names.h"
 #include "decoder/base/wrapping.h"
 
 namespace ecaudit::cli {
@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 
 /// "-" would be standard input, so a file of that name keeps its folder.
 std::string Shortest(const std::string& path) {
-  std::string normal = fs::path(path).lexically_normal().string();
+  // One spelling on all systems: names of reports are made from it.
+  std::string normal = fs::path(path).lexically_normal().generic_string();
   return normal.empty() || normal == "-" ? path : normal;
 }
 
@@ -56,7 +57,7 @@ class Expansion {
       const std::string name = entry->path().filename().string();
       std::error_code ignored;
       if (name.starts_with('.')) continue;
-      const std::string path = entry->path().string();
+      const std::string path = entry->path().generic_string();
       if (entry->is_directory(ignored)) {
         if (!entry->is_symlink(ignored)) {
           AddFolder(entry->path());
@@ -80,13 +81,12 @@ class Expansion {
   }
 
   [[nodiscard]] std::optional<Error> AddMatches(const std::string& pattern) {
-    glob_t matches{};
-    const int outcome = glob(pattern.c_str(), 0, nullptr, &matches);
-    std::optional<Error> error;
-    if (outcome != 0) error = Error{"nothing matches " + pattern};
-    for (std::size_t i = 0; outcome == 0 && !error && i < matches.gl_pathc; ++i) error = Add(matches.gl_pathv[i]);
-    globfree(&matches);
-    return error;
+    const std::vector<std::string> matches = system::PathsMatching(pattern);
+    if (matches.empty()) return Error{"nothing matches " + pattern};
+    for (const std::string& path : matches) {
+      if (auto error = Add(path)) return error;
+    }
+    return std::nullopt;
   }
 
   void PassOver(const std::string& path, std::string_view why) {

@@ -1,23 +1,27 @@
 #include "cli/interrupt.h"
 
-#include <csignal>
+#include "decoder/base/system/process.h"
+#include "decoder/base/system/signals.h"
 
 namespace ecaudit::cli {
 namespace {
 
 std::atomic<bool> interrupted = false;
 
-void OnSignal(int signal_number) {
+void OnInterrupt() {
   interrupted = true;
-  std::signal(signal_number, SIG_DFL);
 }
 
 }  // namespace
 
 void ListenForInterrupt() {
   interrupted = false;
-  std::signal(SIGINT, OnSignal);
-  std::signal(SIGTERM, OnSignal);
+  system::ListenForInterrupt(OnInterrupt);
+}
+
+void ListenForStop(system::ParentLink& parent) {
+  interrupted = false;
+  parent.ListenForStop(OnInterrupt);
 }
 
 std::atomic<bool>& InterruptFlag() {

@@ -1,12 +1,12 @@
 #include "cli/json_file.h"
 
 #include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <system_error>
 #include <utility>
 
 #include "decoder/base/regular_file.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -41,7 +41,7 @@ Result<std::string> ReadSmallFile(const std::string& path, std::uintmax_t larges
     case FileContent::Outcome::kFailed:
       break;
   }
-  return Error{"cannot read " + path + ": " + std::strerror(content.reason)};
+  return Error{"cannot read " + path + ": " + system::ReasonText(content.reason)};
 }
 
 Result<JsonDocument> ReadJsonFile(const std::string& path, std::uintmax_t largest) {

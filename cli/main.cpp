@@ -1,10 +1,8 @@
 #include <cstdio>
-#include <string>
-#include <vector>
 
 #include "cli/program.h"
+#include "decoder/base/system/program.h"
 
 int main(int argc, char** argv) {
-  const std::vector<std::string> arguments(argv + (argc > 0 ? 1 : 0), argv + argc);
-  return ecaudit::cli::RunProgram(arguments, stdout, stderr);
+  return ecaudit::cli::RunProgram(ecaudit::system::Arguments(argc, argv), stdout, stderr);
 }

@@ -3,15 +3,11 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
-#include <cstdlib>
-#include <cstring>
-#include <fcntl.h>
 #include <filesystem>
-#include <sys/stat.h>
 #include <system_error>
-#include <unistd.h>
 #include <utility>
 
+#include "decoder/base/system/files.h"
 #include "decoder/capture/capture_reader.h"
 
 namespace ecaudit::cli {
@@ -19,8 +15,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using system::FileKind;
+using system::FileStatus;
+
 Error CannotWrite(const std::string& path, int reason) {
-  return Error{"cannot write " + path + ": " + std::strerror(reason)};
+  return Error{"cannot write " + path + ": " + system::ReasonText(reason)};
 }
 
 /// First bytes of pcap (all byte orders and resolutions) and pcapng files, of gzip and of zstd.
@@ -28,10 +27,10 @@ enum class Magic { kOther, kCapture, kCompressed };
 
 Magic ReadMagic(const std::string& path) {
   std::array<std::uint8_t, 4> bytes{};
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  const int fd = system::OpenToRead(path);
   if (fd < 0) return Magic::kOther;
-  const ssize_t n = read(fd, bytes.data(), bytes.size());
-  close(fd);
+  const std::ptrdiff_t n = system::Read(fd, bytes);
+  system::Close(fd);
   if (n >= 2 && bytes[0] == 0x1F && bytes[1] == 0x8B) return Magic::kCompressed;
   if (n < 4) return Magic::kOther;
   const std::uint32_t big = static_cast<std::uint32_t>(bytes[0]) << 24U | static_cast<std::uint32_t>(bytes[1]) << 16U |
@@ -64,53 +63,20 @@ bool IsCapture(const std::string& path) {
   return false;
 }
 
-std::optional<Error> WriteAll(int fd, std::string_view content, const std::string& path) {
-  while (!content.empty()) {
-    const ssize_t n = write(fd, content.data(), content.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return CannotWrite(path, errno);
-    content.remove_prefix(static_cast<std::size_t>(n));
-  }
-  return std::nullopt;
-}
-
 /// A link on the way to the file that another user made: the user did not choose its target.
 std::optional<Error> ForeignLink(const std::string& path) {
   constexpr int kMostLinks = 40;
   fs::path at = path;
   std::error_code code;
   for (int i = 0; i < kMostLinks; ++i) {
-    struct stat info {};
-    if (lstat(at.c_str(), &info) != 0 || !S_ISLNK(info.st_mode)) return std::nullopt;
-    if (info.st_uid != geteuid() && info.st_uid != 0) {
-      return Error{"cannot write " + path + ": it is a link that another user made"};
-    }
+    const std::optional<FileStatus> link = system::StatusOfLink(at.string());
+    if (!link || link->kind != FileKind::kLink) return std::nullopt;
+    if (link->foreign) return Error{"cannot write " + path + ": it is a link that another user made"};
     const fs::path target = fs::read_symlink(at, code);
     if (code) return std::nullopt;
     at = target.is_absolute() ? target : at.parent_path() / target;
   }
   return std::nullopt;
-}
-
-/// What stands in a folder is on the disk once the folder is. A file system that cannot do so has done what it can.
-void SyncFolder(const std::string& file) {
-  const fs::path folder = fs::path(file).parent_path();
-  const int fd = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_CLOEXEC | O_DIRECTORY);
-  if (fd < 0) return;
-  fsync(fd);
-  close(fd);
-}
-
-/// Permissions a new file gets: as the old one had, else what the umask leaves.
-mode_t ModeFor(const struct stat* existing) {
-  if (existing != nullptr) return existing->st_mode & 0777U;
-  // Asking for the mask sets it for a moment: once is enough.
-  static const mode_t mask = [] {
-    const mode_t current = umask(0);
-    umask(current);
-    return current;
-  }();
-  return 0666U & ~mask;
 }
 
 }  // namespace
@@ -130,14 +96,13 @@ std::string ResolveLinks(const std::string& path) {
 std::optional<Error> CheckOutputPath(const std::string& path, Links links) {
   if (path.empty()) return Error{"the name of an output file is empty"};
   if (path == "-") return Error{"a file is needed here, - is standard output; a file of that name is ./-"};
-  struct stat info {};
   const bool follow = links == Links::kFollow;
   if (follow) {
     if (auto error = ForeignLink(path)) return error;
   }
-  if ((follow ? stat(path.c_str(), &info) : lstat(path.c_str(), &info)) == 0) {
-    if (S_ISDIR(info.st_mode)) return Error{"cannot write " + path + ": it is a directory"};
-    if (S_ISREG(info.st_mode) && IsCapture(path)) {
+  if (const auto status = follow ? system::StatusOf(path) : system::StatusOfLink(path)) {
+    if (status->kind == FileKind::kFolder) return Error{"cannot write " + path + ": it is a directory"};
+    if (status->kind == FileKind::kRegular && IsCapture(path)) {
       return Error{path + " is a capture and will not be overwritten; name another output file"};
     }
     return std::nullopt;
@@ -153,25 +118,26 @@ std::optional<Error> CheckOutputPath(const std::string& path, Links links) {
 Result<OutputFile> OutputFile::Create(const std::string& path, Links links) {
   OutputFile file;
   file.path_ = path;
-  struct stat info {};
   const bool follow = links == Links::kFollow;
   if (follow) {
     if (auto error = ForeignLink(path)) return *error;
   }
-  const bool exists =
-      follow ? stat(path.c_str(), &info) == 0 : lstat(path.c_str(), &info) == 0 && S_ISREG(info.st_mode);
-  if (exists && !S_ISREG(info.st_mode)) {
-    file.fd_ = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  const std::optional<FileStatus> status = follow ? system::StatusOf(path) : system::StatusOfLink(path);
+  const bool regular = status && status->kind == FileKind::kRegular;
+  if (follow && status && !regular) {
+    file.fd_ = system::OpenToWrite(path);
     if (file.fd_ < 0) return CannotWrite(path, errno);
     return file;
   }
   // The file itself, not a link to it, is replaced.
   std::error_code ignored;
-  const fs::path resolved = !follow ? fs::path() : exists ? fs::canonical(path, ignored) : fs::path(ResolveLinks(path));
+  const fs::path resolved = !follow   ? fs::path()
+                            : regular ? fs::canonical(path, ignored)
+                                      : fs::path(ResolveLinks(path));
   file.target_ = resolved.empty() ? path : resolved.string();
-  file.mode_ = ModeFor(exists ? &info : nullptr);
+  file.mode_ = regular ? status->permissions : system::NewFilePermissions();
   std::string temporary = file.target_ + ".XXXXXX";
-  file.fd_ = mkostemp(temporary.data(), O_CLOEXEC);
+  file.fd_ = system::MakeTemporary(temporary);
   if (file.fd_ < 0) return CannotWrite(path, errno);
   file.temporary_ = std::move(temporary);
   return file;
@@ -197,29 +163,30 @@ OutputFile::~OutputFile() {
 }
 
 void OutputFile::Discard() {
-  if (fd_ >= 0) close(fd_);
+  if (fd_ >= 0) system::Close(fd_);
   fd_ = -1;
-  if (!temporary_.empty()) unlink(temporary_.c_str());
+  if (!temporary_.empty()) system::Remove(temporary_);
   temporary_.clear();
 }
 
 std::optional<Error> OutputFile::Write(std::string_view content) {
-  return WriteAll(fd_, content, path_);
+  if (!system::WriteAll(fd_, content)) return CannotWrite(path_, errno);
+  return std::nullopt;
 }
 
 std::optional<Error> OutputFile::Finish() {
   std::optional<Error> error;
   const bool direct = temporary_.empty();
-  if (!direct && fchmod(fd_, mode_) != 0) error = CannotWrite(path_, errno);
+  if (!direct && !system::SetPermissions(fd_, mode_)) error = CannotWrite(path_, errno);
   // A name that the disk has and content that it has not would be half a report after a loss of power.
-  if (!direct && !error && fsync(fd_) != 0 && errno != EINVAL && errno != ENOSYS) error = CannotWrite(path_, errno);
-  if (close(std::exchange(fd_, -1)) != 0 && !error) error = CannotWrite(path_, errno);
+  if (!direct && !error && !system::Sync(fd_)) error = CannotWrite(path_, errno);
+  if (!system::Close(std::exchange(fd_, -1)) && !error) error = CannotWrite(path_, errno);
   if (!direct && !error) {
-    if (rename(temporary_.c_str(), target_.c_str()) != 0) {
+    if (!system::MoveOver(temporary_, target_)) {
       error = CannotWrite(path_, errno);
     } else {
       temporary_.clear();
-      SyncFolder(target_);
+      system::SyncName(target_);
     }
   }
   Discard();

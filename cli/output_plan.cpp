@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cli/suggest.h"
+#include "decoder/base/system/names.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -92,7 +93,8 @@ Result<std::vector<OutputTarget>> PlanOutputs(const OutputOptions& options, std:
     OutputTarget target;
     // A path whose name holds "=" is written with its folder: ./a=b.txt
     const std::size_t equals = output.find('=');
-    const bool names_format = equals != std::string::npos && output.substr(0, equals).find('/') == std::string::npos;
+    const std::string before = output.substr(0, std::min(equals, output.size()));
+    const bool names_format = equals != std::string::npos && system::NameOf(before) == before;
     if (names_format) {
       const Result<std::size_t> format = NamedFormat(output.substr(0, equals), formats);
       if (!format) return format.error();

@@ -1,6 +1,5 @@
 #include "cli/program.h"
 
-#include <csignal>
 #include <cstddef>
 #include <cstdlib>
 #include <exception>
@@ -16,6 +15,7 @@
 #include "cli/options.h"
 #include "cli/suggest.h"
 #include "cli/version.h"
+#include "decoder/base/system/program.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -100,7 +100,7 @@ void LetHeapKeepPages() {
 
 int RunProgram(const std::vector<std::string>& arguments, std::FILE* out, std::FILE* err) {
   // A reader that closes the pipe early (head, less) must not kill us before the files of -o are written.
-  std::signal(SIGPIPE, SIG_IGN);
+  system::PrepareProgram();
   LetHeapKeepPages();
   ListenForCrashes();
   Console console(out, err);

@@ -1,15 +1,11 @@
 #include "cli/report_folder.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <fcntl.h>
 #include <filesystem>
 #include <string_view>
-#include <sys/file.h>
 #include <system_error>
 #include <thread>
-#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -60,27 +56,23 @@ void RemoveUnfinished(const std::string& folder, std::span<const std::string> re
   for (const fs::path& path : unfinished) fs::remove(path, code);
 }
 
-FolderLock::FolderLock(const std::string& folder) : fd_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+FolderLock::FolderLock(const std::string& folder) : hold_(folder) {
   // The workers of a batch that was killed a moment ago may hold it still.
   constexpr int kTries = 5;
   constexpr auto kPause = std::chrono::milliseconds(20);
   // Without file locks a batch cannot know that it is alone.
-  for (int i = 0; i < kTries && fd_ >= 0 && !alone_; ++i) {
+  for (int i = 0; i < kTries && !alone_; ++i) {
     if (i > 0) std::this_thread::sleep_for(kPause);
-    alone_ = ::flock(fd_, LOCK_EX | LOCK_NB) == 0;
-    if (!alone_ && errno != EWOULDBLOCK) return;
+    const system::FolderHold::Outcome outcome = hold_.TryAlone();
+    alone_ = outcome == system::FolderHold::Outcome::kAlone;
+    if (outcome == system::FolderHold::Outcome::kUnknown) return;
   }
-}
-
-FolderLock::~FolderLock() {
-  if (fd_ >= 0) ::close(fd_);
 }
 
 void FolderLock::Share() {
   alone_ = false;
   // Who is alone there is so for a moment only.
-  while (fd_ >= 0 && ::flock(fd_, LOCK_SH) != 0 && errno == EINTR) {
-  }
+  hold_.Share();
 }
 
 Result<report::CaptureDigest> ReadOwnReport(const std::string& path) {

@@ -8,6 +8,7 @@
 #include "cli/report/digest.h"
 #include "cli/report/report.h"
 #include "decoder/base/result.h"
+#include "decoder/base/system/locks.h"
 
 namespace ecaudit::cli {
 
@@ -30,14 +31,13 @@ class FolderLock {
   explicit FolderLock(const std::string& folder);
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
-  ~FolderLock();
 
   [[nodiscard]] bool alone() const { return alone_; }
   /// From now on others may work there, too.
   void Share();
 
  private:
-  int fd_;
+  system::FolderHold hold_;
   bool alone_ = false;
 };
 

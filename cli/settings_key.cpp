@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <sys/stat.h>
 
 #include "analyzers/judge/catalogue.h"
 #include "analyzers/options/device_files.h"
@@ -14,6 +13,7 @@
 #include "cli/report/times.h"
 #include "cli/version.h"
 #include "decoder/base/regular_file.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -142,10 +142,10 @@ report::Origin OriginOf(std::span<const std::string> files, const std::string& s
   std::uint64_t bytes = 0;
   TimeNs modified = 0;
   for (const std::string& file : files) {
-    struct stat info {};
-    if (stat(file.c_str(), &info) != 0) continue;
-    bytes += static_cast<std::uint64_t>(info.st_size);
-    modified = std::max(modified, static_cast<TimeNs>(info.st_mtim.tv_sec) * 1'000'000'000 + info.st_mtim.tv_nsec);
+    const std::optional<system::FileStatus> status = system::StatusOf(file);
+    if (!status) continue;
+    bytes += status->bytes;
+    modified = std::max(modified, TimeNs{status->modified_ns});
   }
   return {settings_key, bytes, report::IsoTime(modified)};
 }

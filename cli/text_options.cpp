@@ -51,7 +51,7 @@ report::TextStyle TextOptions::Style(const Console& console, bool standard) cons
   style.quiet = quiet;
   style.time = time_mode();
   std::error_code ignored;
-  style.folder = std::filesystem::current_path(ignored).string();
+  style.folder = std::filesystem::current_path(ignored).generic_string();
   return style;
 }
 

@@ -30,6 +30,7 @@
 #include "cli/settings_key.h"
 #include "cli/summary_run.h"
 #include "cli/version.h"
+#include "decoder/base/system/process.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -74,6 +75,9 @@ class BatchCommand : public Command {
   [[nodiscard]] ExitStatus Run(Console& console) override {
     // Everything that can be wrong with the command line is found before the first capture is read.
     if (const auto error = Prepare()) return Fail(console, *error);
+    // Lines always: `merge` has no captures to count them in, and its summary is to be that of one batch.
+    batch_.wanted = {!batch_.pages.empty(), true};
+    if (system::WorkerTask()) ServeBatch(jobs_, batch_);
     options_.ReportSkipped(console);
     files_.Reads(paths_, kCaptureRole);
     // First the folder: the summary may be meant to stand in it.
@@ -108,8 +112,6 @@ class BatchCommand : public Command {
 
     baselines_.WarnOfExpired(console);
     ListenForInterrupt();
-    // Lines always: `merge` has no captures to count them in, and its summary is to be that of one batch.
-    batch_.wanted = {!batch_.pages.empty(), true};
     std::vector<BatchResult> results;
     const std::optional<Error> error = RunBatch(jobs_, batch_, results, console);
     ExitStatus status = ExitStatus::kClean;
@@ -135,6 +137,22 @@ class BatchCommand : public Command {
     if (std::find(options_.captures.begin(), options_.captures.end(), "-") != options_.captures.end()) {
       return Error{"batch does not read standard input (-); use check"};
     }
+    return system::WorkerTask() ? AddTasks(*system::WorkerTask()) : AddPaths();
+  }
+
+  /// In a worker: the jobs of its parent, in their order.
+  [[nodiscard]] std::optional<Error> AddTasks(std::string_view text) {
+    for (BatchTask& task : ReadTask(text)) {
+      if (task.is_problem) {
+        AddUnreadable(task.texts.front(), task.texts.back());
+      } else if (auto error = AddJob(std::move(task.texts))) {
+        return error;
+      }
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] std::optional<Error> AddPaths() {
     Result<FileList> list = ExpandPaths(options_.captures, IsCaptureName, "capture");
     if (!list) return list.error();
     paths_ = std::move(list->files);
@@ -175,13 +193,18 @@ class BatchCommand : public Command {
     return Error{"--jobs is '" + *jobs_text_ + "' but must be a number from 1 to " + std::to_string(kMostWorkers)};
   }
 
+  /// "reports/", on Windows also with the other separator.
+  static bool EndsAsFolder(std::string_view path) {
+    return path.ends_with('/') || path.ends_with(static_cast<char>(fs::path::preferred_separator));
+  }
+
   /// "-o html=DIR": a page for each capture, and an index of them.
   void TakePagesFromOutputs() {
     constexpr std::string_view kHtml = "html=";
     for (std::string& output : output_.outputs) {
       if (!output.starts_with(kHtml) || output == "html=-") continue;
       batch_.pages = output.substr(kHtml.size());
-      output += (batch_.pages.ends_with('/') ? "" : "/") + std::string("index.html");
+      output += (EndsAsFolder(batch_.pages) ? "" : "/") + std::string("index.html");
     }
   }
 
@@ -189,7 +212,7 @@ class BatchCommand : public Command {
   void TakeFolderFromOutputs() {
     std::error_code ignored;
     for (auto output = output_.outputs.begin(); output != output_.outputs.end() && !folder_; ++output) {
-      if (!output->ends_with('/') && !fs::is_directory(*output, ignored)) continue;
+      if (!EndsAsFolder(*output) && !fs::is_directory(*output, ignored)) continue;
       folder_ = *output;
       output_.outputs.erase(output);
       // What stays on standard output is the summary, as if --output-dir had been typed.

@@ -2,27 +2,30 @@
 # package_source. Included from the top, as CPack wants it.
 #
 # The same sources and SOURCE_DATE_EPOCH give the same bytes.
-set(pages ${CMAKE_BINARY_DIR}/pages)
-add_custom_command(
-  OUTPUT ${pages}/completions/ecaudit.fish
-  COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:ecaudit> -D FOLDER=${pages}
-          -P ${CMAKE_CURRENT_LIST_DIR}/write_pages.cmake
-  DEPENDS ecaudit ${CMAKE_CURRENT_LIST_DIR}/write_pages.cmake
-  COMMENT "Writing man pages and completions"
-  VERBATIM)
-add_custom_target(ecaudit_pages ALL DEPENDS ${pages}/completions/ecaudit.fish)
+# The program writes them, so it has to run here; no other system has use for them.
+if(NOT CMAKE_CROSSCOMPILING)
+  set(pages ${CMAKE_BINARY_DIR}/pages)
+  add_custom_command(
+    OUTPUT ${pages}/completions/ecaudit.fish
+    COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:ecaudit> -D FOLDER=${pages}
+            -P ${CMAKE_CURRENT_LIST_DIR}/write_pages.cmake
+    DEPENDS ecaudit ${CMAKE_CURRENT_LIST_DIR}/write_pages.cmake
+    COMMENT "Writing man pages and completions"
+    VERBATIM)
+  add_custom_target(ecaudit_pages ALL DEPENDS ${pages}/completions/ecaudit.fish)
 
-# Who built the program alone gets its pages now.
-install(CODE "
-  if(NOT EXISTS \"${pages}/completions/ecaudit.fish\")
-    message(STATUS \"Writing man pages and completions\")
-    execute_process(COMMAND \"${CMAKE_COMMAND}\" -D \"PROGRAM=$<TARGET_FILE:ecaudit>\" -D \"FOLDER=${pages}\"
-                            -P \"${CMAKE_CURRENT_LIST_DIR}/write_pages.cmake\" COMMAND_ERROR_IS_FATAL ANY)
-  endif()")
-install(DIRECTORY ${pages}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR})
-install(FILES ${pages}/completions/ecaudit DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
-install(FILES ${pages}/completions/_ecaudit DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions)
-install(FILES ${pages}/completions/ecaudit.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
+  # Who built the program alone gets its pages now.
+  install(CODE "
+    if(NOT EXISTS \"${pages}/completions/ecaudit.fish\")
+      message(STATUS \"Writing man pages and completions\")
+      execute_process(COMMAND \"${CMAKE_COMMAND}\" -D \"PROGRAM=$<TARGET_FILE:ecaudit>\" -D \"FOLDER=${pages}\"
+                              -P \"${CMAKE_CURRENT_LIST_DIR}/write_pages.cmake\" COMMAND_ERROR_IS_FATAL ANY)
+    endif()")
+  install(DIRECTORY ${pages}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR})
+  install(FILES ${pages}/completions/ecaudit DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+  install(FILES ${pages}/completions/_ecaudit DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions)
+  install(FILES ${pages}/completions/ecaudit.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
+endif()
 
 set(doc ${CMAKE_INSTALL_DATADIR}/doc/ecaudit)
 install(FILES ${CMAKE_CURRENT_LIST_DIR}/copyright ${PROJECT_SOURCE_DIR}/docs/report.png DESTINATION ${doc})

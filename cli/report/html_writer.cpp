@@ -11,8 +11,8 @@
 #include "cli/report/text_writer.h"
 #include "cli/report/timeline_json.h"
 #include "cli/report/xml.h"
+#include "decoder/base/system/names.h"
 #include "decoder/base/text.h"
-#include "decoder/base/wrapping.h"
 
 namespace ecaudit::report {
 namespace {
@@ -82,7 +82,7 @@ std::string WithoutTags(std::string_view json) {
 std::string Title(const Report& report) {
   if (report.captures.size() != 1) return Count(report.captures.size(), "capture") + " - ecaudit";
   const std::string path = Printable(report.captures.front().result.capture.file.path);
-  return path.substr(WrappingSum(path.rfind('/'), std::size_t{1})) + " - ecaudit";
+  return std::string(system::NameOf(path)) + " - ecaudit";
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "cli/report/sarif_writer.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -36,7 +37,9 @@ std::string Uri(std::string_view given, std::string_view folder) {
   const std::string path = PathInProject(given, folder);
   // Names of files are bytes, and need not be text, which QUrl wants.
   const QByteArray name = QByteArray::fromRawData(path.data(), static_cast<qsizetype>(path.size()));
-  return (path.starts_with('/') ? "file://" : "") + name.toPercentEncoding("/").toStdString();
+  const bool absolute = std::filesystem::path(path).is_absolute();
+  // A drive ("C:/...") is a part of the path, and a colon is none of a scheme.
+  return (!absolute ? "" : path.starts_with('/') ? "file://" : "file:///") + name.toPercentEncoding("/").toStdString();
 }
 
 /// Text from the catalogue without the empty lines around it.

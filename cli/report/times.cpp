@@ -3,8 +3,8 @@
 #include <array>
 #include <charconv>
 #include <chrono>
-#include <ctime>
 
+#include "decoder/base/system/program.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
@@ -32,9 +32,7 @@ std::int64_t SecondsOf(TimeNs time) {
 
 /// What local time is ahead of UTC by.
 std::int64_t ZoneSeconds(TimeNs time) {
-  const auto seconds = static_cast<std::time_t>(SecondsOf(time));
-  std::tm local{};
-  return localtime_r(&seconds, &local) == nullptr ? 0 : local.tm_gmtoff;
+  return system::ZoneSeconds(SecondsOf(time));
 }
 
 Moment MomentOf(TimeNs time, bool local) {

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "cli/report/times.h"
+#include "decoder/base/system/names.h"
 #include "decoder/base/text.h"
-#include "decoder/base/wrapping.h"
 
 namespace ecaudit::report {
 namespace {
@@ -132,7 +132,7 @@ VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, 
   const std::string path = OneLine(capture.path);
   // Of files that are read as one, the folder of the last would go and the others stay.
   whole_path = whole_path || path.find(", ") != std::string::npos;
-  const std::string name = whole_path ? path : path.substr(WrappingSum(path.rfind('/'), std::size_t{1}));
+  const std::string name = whole_path ? path : std::string(system::NameOf(path));
   const std::string stem = whole_path ? path : WithoutEnding(name);
   const std::string bare = WithoutBrackets(parts.what);
   const auto line = [&](const std::string& of, const std::string& place, const std::string& what,

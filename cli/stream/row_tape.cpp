@@ -1,30 +1,12 @@
 #include "cli/stream/row_tape.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <filesystem>
-#include <string>
-#include <system_error>
-#include <unistd.h>
+
+#include "decoder/base/system/files.h"
 
 namespace ecaudit::cli {
-namespace {
-
-/// An open file without a name; -1 when there can be none.
-int MakeNameless() {
-  std::error_code error;
-  const std::filesystem::path folder = std::filesystem::temp_directory_path(error);
-  if (error) return -1;
-  std::string name = (folder / "ecaudit-XXXXXX").string();
-  const int fd = ::mkstemp(name.data());
-  if (fd >= 0) ::unlink(name.c_str());
-  return fd;
-}
-
-}  // namespace
-
 void RowTape::Clear() {
-  if (fd_ >= 0) ::close(fd_);
+  if (fd_ >= 0) system::Close(fd_);
   fd_ = -1;
   buffer_.clear();
   end_ = at_ = 0;
@@ -43,24 +25,16 @@ void RowTape::MakeRoom(std::size_t bytes) {
 }
 
 void RowTape::Flush() {
-  if (fd_ < 0 && !failed_) fd_ = MakeNameless();
+  if (fd_ < 0 && !failed_) fd_ = system::MakeNameless().fd;
   failed_ = failed_ || fd_ < 0;
-  const std::uint8_t* data = buffer_.data();
-  for (std::size_t left = end_; left > 0 && !failed_;) {
-    const ssize_t written = ::write(fd_, data, left);
-    if (written < 0 && errno == EINTR) continue;
-    failed_ = written <= 0;
-    if (failed_) break;
-    data += written;
-    left -= static_cast<std::size_t>(written);
-  }
+  failed_ = failed_ || !system::WriteAll(fd_, {reinterpret_cast<const char*>(buffer_.data()), end_});
   end_ = 0;
 }
 
 void RowTape::Rewind() {
   if (fd_ < 0) return;  // all of it is in the buffer
   Flush();
-  failed_ = failed_ || ::lseek(fd_, 0, SEEK_SET) != 0;
+  failed_ = failed_ || !system::Rewind(fd_);
 }
 
 bool RowTape::more() {
@@ -69,10 +43,7 @@ bool RowTape::more() {
   if (fd_ < 0) return false;
   buffer_.resize(kBufferBytes);
   end_ = at_ = 0;
-  ssize_t got = 0;
-  do {
-    got = ::read(fd_, buffer_.data(), buffer_.size());
-  } while (got < 0 && errno == EINTR);
+  const std::ptrdiff_t got = system::Read(fd_, buffer_);
   failed_ = got < 0;
   end_ = got > 0 ? static_cast<std::size_t>(got) : 0;
   return end_ > 0;

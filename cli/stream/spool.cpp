@@ -2,12 +2,11 @@
 
 #include <array>
 #include <cerrno>
-#include <fcntl.h>
 #include <filesystem>
 #include <system_error>
-#include <unistd.h>
 
 #include "cli/interrupt.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 #include "decoder/bus/aligned_source.h"
 #include "decoder/capture/byte_reader.h"
@@ -22,24 +21,12 @@ Error Failed(const std::string& what) {
   return Error{what + ": " + std::generic_category().message(errno)};
 }
 
-/// All bytes, or false with errno.
-bool SpoolAll(int fd, const std::uint8_t* data, std::size_t size) {
-  while (size > 0) {
-    const ssize_t written = ::write(fd, data, size);
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return false;
-    data += written;
-    size -= static_cast<std::size_t>(written);
-  }
-  return true;
-}
-
 }  // namespace
 
-Spool::Spool(int fd) : fd_(fd), path_("/dev/fd/" + std::to_string(fd)) {}
+Spool::Spool(int fd, std::string path) : fd_(fd), path_(std::move(path)) {}
 
 Spool::~Spool() {
-  ::close(fd_);
+  system::Close(fd_);
 }
 
 bool Spool::CanBeReadTwice(const std::string& path) {
@@ -50,20 +37,18 @@ bool Spool::CanBeReadTwice(const std::string& path) {
 
 Result<std::unique_ptr<Spool>> Spool::Read(const std::string& path) {
   const bool standard = path == "-";
-  const int in = standard ? STDIN_FILENO : capture::OpenToRead(path, &InterruptFlag());
+  const int in = standard ? system::kStandardInput : capture::OpenToRead(path, &InterruptFlag());
   if (in < 0) return Failed("cannot read " + capture::DisplayName(path));
   const std::unique_ptr<capture::ByteReader> reader = capture::MakeFdReader(in, !standard, &InterruptFlag());
 
-  std::error_code ignored;
-  std::string name = (std::filesystem::temp_directory_path(ignored) / "ecaudit-XXXXXX").string();
-  const int fd = ::mkstemp(name.data());
-  if (fd < 0) return Failed("cannot keep the capture in " + name);
-  std::unique_ptr<Spool> spool(new Spool(fd));
-  ::unlink(name.c_str());
+  system::Nameless file = system::MakeNameless();
+  if (file.fd < 0) return Failed("cannot keep the capture in " + file.path);
+  std::unique_ptr<Spool> spool(new Spool(file.fd, std::move(file.path)));
   std::array<std::uint8_t, 1U << 16U> buffer;
   std::string error;
   while (const std::size_t got = reader->Read(buffer, error)) {
-    if (!SpoolAll(fd, buffer.data(), got)) return Failed("cannot keep the capture in a temporary file");
+    const std::string_view piece(reinterpret_cast<const char*>(buffer.data()), got);
+    if (!system::WriteAll(spool->fd_, piece)) return Failed("cannot keep the capture in a temporary file");
   }
   if (!error.empty()) return Error{capture::DisplayName(path) + ": " + error};
   return spool;

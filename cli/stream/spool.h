@@ -29,7 +29,7 @@ class Spool {
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
-  explicit Spool(int fd);
+  Spool(int fd, std::string path);
 
   int fd_;
   std::string path_;

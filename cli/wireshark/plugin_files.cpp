@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -13,6 +12,7 @@
 #include <QString>
 
 #include "cli/output_file.h"
+#include "decoder/base/system/program.h"
 
 // A static library does not register its resources by itself. The macro has to stand outside of all namespaces.
 static void RegisterPlugin() {
@@ -37,15 +37,10 @@ std::string_view Embedded(const char* name) {
   return {reinterpret_cast<const char*>(file.data()), static_cast<std::size_t>(file.size())};
 }
 
-std::string Environment(const char* name) {
-  const char* const value = std::getenv(name);
-  return value != nullptr ? value : "";
-}
-
 /// Wireshark's folder of settings.
 fs::path SettingsFolder(const fs::path& home) {
-  if (const std::string given = Environment("WIRESHARK_CONFIG_DIR"); !given.empty()) return given;
-  const std::string configured = Environment("XDG_CONFIG_HOME");
+  if (const std::string given = system::Environment("WIRESHARK_CONFIG_DIR"); !given.empty()) return given;
+  const std::string configured = system::Environment("XDG_CONFIG_HOME");
   const fs::path folder = (configured.empty() ? home / ".config" : fs::path(configured)) / "wireshark";
   std::error_code ignored;
   const fs::path old = home / ".wireshark";
@@ -92,13 +87,13 @@ Result<PluginFiles> PluginFiles::In(const std::string& folder) {
     files.folder_ = folder;
     return files;
   }
-  if (const std::string roaming = Environment("APPDATA"); !roaming.empty()) {  // Windows
+  if (const std::string roaming = system::Environment("APPDATA"); !roaming.empty()) {  // Windows
     const fs::path settings = fs::path(roaming) / "Wireshark";
     files.folder_ = (settings / "plugins").string();
     files.profile_ = (settings / "profiles" / "ecaudit").string();
     return files;
   }
-  const fs::path home = Environment("HOME");
+  const fs::path home = system::Environment("HOME");
   if (home.empty()) return Error{"HOME is not set; name the folder of the plugin with --folder"};
   files.folder_ = (home / ".local" / "lib" / "wireshark" / "plugins").string();
   files.profile_ = (SettingsFolder(home) / "profiles" / "ecaudit").string();

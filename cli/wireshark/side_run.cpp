@@ -85,7 +85,7 @@ Result<FirstFrame> ReadPackets(const std::string& path, Checkpoints& checks) {
 
 /// Only a side file may be replaced.
 std::optional<Error> CheckReplaced(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file(std::filesystem::path(path), std::ios::binary);
   if (!file) return std::nullopt;
   std::string begin(kSignature.size(), '\0');
   file.read(begin.data(), static_cast<std::streamsize>(begin.size()));

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include <span>
+
+#include "decoder/base/system/files.h"
 
 namespace ecaudit {
 namespace {
@@ -14,23 +14,23 @@ using Outcome = FileContent::Outcome;
 constexpr std::size_t kStep = std::size_t{64} << 10U;
 
 void ReadAll(int fd, std::uintmax_t largest, FileContent& content) {
-  struct stat status {};
-  if (::fstat(fd, &status) != 0) {
+  const std::optional<system::FileStatus> status = system::StatusOf(fd);
+  if (!status) {
     content.reason = errno;
     return;
   }
-  if (!S_ISREG(status.st_mode)) {
-    content.outcome = S_ISDIR(status.st_mode) ? Outcome::kFolder : Outcome::kOtherKind;
+  if (status->kind != system::FileKind::kRegular) {
+    content.outcome = status->kind == system::FileKind::kFolder ? Outcome::kFolder : Outcome::kOtherKind;
     return;
   }
   content.outcome = Outcome::kTooLarge;
-  if (static_cast<std::uintmax_t>(status.st_size) > largest) return;
+  if (status->bytes > largest) return;
   // One byte more than it states: whether it ends there.
-  content.text.resize(static_cast<std::size_t>(status.st_size) + 1);
+  content.text.resize(static_cast<std::size_t>(status->bytes) + 1);
   std::size_t filled = 0;
   for (;;) {
-    const ssize_t got = ::read(fd, content.text.data() + filled, content.text.size() - filled);
-    if (got < 0 && errno == EINTR) continue;
+    const std::span<char> room = std::span(content.text).subspan(filled);
+    const std::ptrdiff_t got = system::Read(fd, {reinterpret_cast<std::uint8_t*>(room.data()), room.size()});
     if (got < 0) {
       content.outcome = Outcome::kFailed;
       content.reason = errno;
@@ -50,14 +50,14 @@ void ReadAll(int fd, std::uintmax_t largest, FileContent& content) {
 FileContent ReadRegularFile(const std::string& path, std::uintmax_t largest) {
   FileContent content;
   // Opening a pipe without a writer must not wait.
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  const int fd = system::OpenToRead(path);
   if (fd < 0) {
     content.reason = errno;
     content.outcome = errno == ENOENT || errno == ENOTDIR ? Outcome::kMissing : Outcome::kFailed;
     return content;
   }
   ReadAll(fd, largest, content);
-  ::close(fd);
+  system::Close(fd);
   if (content.outcome != Outcome::kRead) content.text.clear();
   return content;
 }

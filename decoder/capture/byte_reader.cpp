@@ -2,19 +2,18 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <fcntl.h>
-#include <poll.h>
-#include <sys/stat.h>
+#include <optional>
 #include <system_error>
-#include <unistd.h>
+
+#include "decoder/base/system/files.h"
 
 namespace ecaudit::capture {
 namespace {
 
 /// False for files and devices that answer at once.
 bool MayKeepWaiting(int fd) {
-  struct stat status {};
-  return ::fstat(fd, &status) != 0 || !(S_ISREG(status.st_mode) || S_ISBLK(status.st_mode));
+  const std::optional<system::FileStatus> status = system::StatusOf(fd);
+  return !status || (status->kind != system::FileKind::kRegular && status->kind != system::FileKind::kBlockDevice);
 }
 
 class FdReader final : public ByteReader {
@@ -22,21 +21,18 @@ class FdReader final : public ByteReader {
   FdReader(int fd, bool owned, const std::atomic<bool>* stop)
       : fd_(fd), owned_(owned), stop_(stop), waits_(stop != nullptr && MayKeepWaiting(fd)) {}
   ~FdReader() override {
-    if (owned_) ::close(fd_);
+    if (owned_) system::Close(fd_);
   }
 
   std::size_t Read(std::span<std::uint8_t> out, std::string& error) override {
-    for (;;) {
-      if (waits_ && !WaitForBytes()) return 0;
-      const ssize_t got = ::read(fd_, out.data(), out.size());
-      if (got >= 0) {
-        count_ += static_cast<std::uint64_t>(got);
-        return static_cast<std::size_t>(got);
-      }
-      if (errno == EINTR) continue;
+    if (waits_ && !WaitForBytes()) return 0;
+    const std::ptrdiff_t got = system::Read(fd_, out);
+    if (got < 0) {
       error = "cannot read on: " + std::generic_category().message(errno);
       return 0;
     }
+    count_ += static_cast<std::uint64_t>(got);
+    return static_cast<std::size_t>(got);
   }
   std::uint64_t source_bytes() const override { return count_; }
 
@@ -45,9 +41,7 @@ class FdReader final : public ByteReader {
   [[nodiscard]] bool WaitForBytes() const {
     constexpr int kPollEveryMs = 100;
     while (!stop_->load(std::memory_order_relaxed)) {
-      pollfd waiting{fd_, POLLIN, 0};
-      if (::poll(&waiting, 1, kPollEveryMs) != 0 && errno != EINTR) return true;
-      if (waiting.revents != 0) return true;
+      if (system::WaitForBytes(fd_, kPollEveryMs)) return true;
     }
     return false;
   }
@@ -79,9 +73,7 @@ class MemoryReader final : public ByteReader {
 }  // namespace
 
 int OpenToRead(const std::string& path, const std::atomic<bool>* stop) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | (stop != nullptr ? O_NONBLOCK : 0));
-  if (fd >= 0 && stop != nullptr) ::fcntl(fd, F_SETFL, ::fcntl(fd, F_GETFL) & ~O_NONBLOCK);
-  return fd;
+  return system::OpenToRead(path, stop != nullptr ? system::Open::kAtOnce : system::Open::kWaits);
 }
 
 std::unique_ptr<ByteReader> MakeFdReader(int fd, bool owned, const std::atomic<bool>* stop) {

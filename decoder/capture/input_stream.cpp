@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <sys/stat.h>
-#include <system_error>
-#include <unistd.h>
+#include <optional>
 #include <utility>
 
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::capture {
@@ -25,26 +24,26 @@ Compression Sniff(ByteSpan head) {
 }
 
 std::uint64_t RegularSize(int fd) {
-  struct stat status {};
-  return ::fstat(fd, &status) == 0 && S_ISREG(status.st_mode) ? static_cast<std::uint64_t>(status.st_size) : 0;
+  const std::optional<system::FileStatus> status = system::StatusOf(fd);
+  return status && status->kind == system::FileKind::kRegular ? status->bytes : 0;
 }
 
 }  // namespace
 
 Result<std::unique_ptr<InputStream>> InputStream::Open(const std::string& path, std::uint64_t decompressed_limit,
                                                        const std::atomic<bool>* stop) {
-  if (path == "-") return FromFd(STDIN_FILENO, false, decompressed_limit, stop);
+  if (path == "-") return FromFd(system::kStandardInput, false, decompressed_limit, stop);
   const int fd = OpenToRead(path, stop);
   if (fd < 0) {
     const int reason = errno;
     if (reason == ENOENT) return Error{"no such file: " + Printable(path)};
-    std::string why = std::generic_category().message(reason);
+    std::string why = system::ReasonText(reason);
     if (reason == EACCES) why = "permission denied";
     return Error{"cannot read " + Printable(path) + ": " + why};
   }
-  struct stat status {};
-  if (::fstat(fd, &status) == 0 && S_ISDIR(status.st_mode)) {
-    ::close(fd);
+  const std::optional<system::FileStatus> status = system::StatusOf(fd);
+  if (status && status->kind == system::FileKind::kFolder) {
+    system::Close(fd);
     return Error{Printable(path) + " is a directory, not a capture"};
   }
   return FromFd(fd, true, decompressed_limit, stop);

@@ -8,6 +8,7 @@
 
 #include <pcap/pcap.h>
 
+#include "decoder/base/system/streams.h"
 #include "decoder/base/text.h"
 #include "decoder/capture/byte_order.h"
 #include "decoder/capture/capture_stream.h"
@@ -109,7 +110,7 @@ class PcapSource final : public FrameSource {
   std::string AskLibpcap(ByteSpan header) {
     std::array<std::uint8_t, kFileHeaderBytes> copy{};
     std::copy(header.begin(), header.end(), copy.begin());
-    FILE* file = fmemopen(copy.data(), copy.size(), "rb");
+    FILE* file = system::OpenBytes(copy);
     if (file == nullptr) return "cannot open a stream";
     std::array<char, PCAP_ERRBUF_SIZE> message{};
     pcap_t* pcap = pcap_fopen_offline(file, message.data());

@@ -1,1 +1,2 @@
 #include <cstdio>
+#include <sys/stat.h>

@@ -1,0 +1,16 @@
+/// Names of files, and wildcards as a shell has them: * ? and [abc].
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ecaudit::system {
+
+/// What follows the last separator of folders.
+[[nodiscard]] std::string_view NameOf(std::string_view path);
+[[nodiscard]] bool MatchesPattern(const std::string& name, const std::string& pattern);
+/// The paths that exist, sorted. Names that begin with a dot match no wildcard at their beginning.
+[[nodiscard]] std::vector<std::string> PathsMatching(const std::string& pattern);
+
+}  // namespace ecaudit::system
