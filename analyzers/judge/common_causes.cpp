@@ -565,7 +565,8 @@ void JoinConsequences(RuleContext& context) {
         const bool weaker = cause.severity == Severity::kWarning && IsError(effect) && !law.by_warning;
         if (cause.severity == Severity::kInfo || weaker) continue;
         // What began after the effect did not bring it.
-        const FrameNo over = law.within == kWhileItLasts ? effect.until : effect.first.number;
+        const FrameNo over =
+            law.within == kWhileItLasts ? std::max(effect.until, effect.last.number) : effect.first.number;
         if (law.within < 0 && BegunBy(cause) > over) continue;
         if (law.within >= 0 && !Follows(context, effect.slave, moment, cause, law.within)) continue;
         if (law.fits != nullptr && !law.fits(effect, cause)) continue;

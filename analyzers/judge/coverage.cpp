@@ -258,11 +258,16 @@ Presence PresenceOf(Subject subject, const SlaveSummary& slave, const RuleContex
     case Subject::kOfChapter:
     case Subject::kCapture:
     case Subject::kBus:
+    case Subject::kOtherPackets:
     case Subject::kSlave:
     case Subject::kExpectation:
       break;
   }
   return {};
+}
+
+bool IsOfWholeBus(Subject subject) {
+  return subject == Subject::kCapture || subject == Subject::kBus || subject == Subject::kOtherPackets;
 }
 
 /// True for what a few packets show, which may be those that a capture misses.
@@ -384,7 +389,7 @@ class Evaluator {
   RuleCoverage Of(const RuleInfo& rule) {
     RuleCoverage out{rule.id, rule.group, {}};
     const Subject subject = SubjectOf(rule);
-    const bool whole = subject == Subject::kCapture || subject == Subject::kBus;
+    const bool whole = IsOfWholeBus(subject);
     if (whole || result_.slaves.empty()) {
       out.slaves.push_back(OfBus(rule, subject));
       AddMissing(rule, subject, out.slaves.back());
@@ -445,10 +450,11 @@ class Evaluator {
       reported.found = reported.found || entry.reported.found;
     }
     Presence presence;
-    const bool of_slaves = subject != Subject::kCapture && subject != Subject::kBus;
     if (subject != Subject::kCapture && NoFrames()) {
       presence = Unseen(Reason::Of(ReasonCode::kNoEtherCat));
-    } else if (of_slaves) {
+    } else if (subject == Subject::kOtherPackets && result_.capture.other_packets == 0) {
+      presence = Absent(NotApplicable::kNoOtherPackets);
+    } else if (!IsOfWholeBus(subject)) {
       presence = Unseen(Reason::Of(ReasonCode::kNoSlave));
     }
     Decide(rule, reported, presence, out);

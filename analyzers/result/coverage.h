@@ -22,6 +22,7 @@ enum class NotApplicable : std::uint8_t {
   kApplies,
   kSwitchedOff,
   kNoExpectation,
+  kNoOtherPackets,
   kEepromUnread,
   kNoRequest,
   kInInit,
@@ -46,6 +47,8 @@ enum class NotApplicable : std::uint8_t {
       return "switched off by --rule or the configuration file";
     case NotApplicable::kNoExpectation:
       return "no expectation of the start-up is given (startup --expect)";
+    case NotApplicable::kNoOtherPackets:
+      return "no packets of other protocols are in the capture";
     case NotApplicable::kEepromUnread:
       return "the EEPROM is not read";
     case NotApplicable::kNoRequest:

@@ -13,7 +13,8 @@ namespace ecaudit {
 enum class Subject : std::uint8_t {
   kOfChapter,      ///< what the other rules of its chapter are about
   kCapture,        ///< the file
-  kBus,            ///< frames, no single slave; all that follow are evaluated for each slave
+  kBus,            ///< frames, no single slave
+  kOtherPackets,   ///< packets of other protocols beside them; all that follow are evaluated for each slave
   kSlave,          ///< any slave
   kEeprom,         ///< a slave whose EEPROM is read
   kAlState,        ///< a slave whose AL Status is read

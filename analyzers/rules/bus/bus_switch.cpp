@@ -25,12 +25,12 @@ constexpr const FindingKind* kKinds[] = {&kSwitch};
 constexpr Word kStp{"spanning-tree", "spanning tree"};
 constexpr Word kPerVlan{"spanning-tree-per-vlan", "spanning tree per VLAN"};
 constexpr Word kLldp{"lldp-of-bridge", "LLDP with the bridge capability"};
-constexpr Word kOtherProtocols{"packets-of-other-protocols", "packets of other protocols", true};
 constexpr Word kCapabilities{"lldp-capabilities", "the system capabilities of a sender of LLDP", true};
 
 constexpr RuleInfo kInfo{.id = "bus-switch",
                          .group = "Frame and bus",
                          .severity = Severity::kInfo,
+                         .subject = Subject::kOtherPackets,
                          .title = "A switch is connected to the bus",
                          .needs = "packets of other protocols on the interface of the bus",
                          .source = "ETG1000.4, frame processing",
@@ -47,7 +47,7 @@ frames time out, and other devices at the switch reach the slaves.
 ## How it is decided
 - The frames are on the same capture interface as the EtherCAT frames.
 - The address of the sender is that of no master of the bus: the computer of the master may bridge its own interfaces.
-- A capture without any packet of another protocol may have been filtered: the rule is not evaluated.
+- A capture without any packet of another protocol may have been filtered: the rule does not apply.
 - LLDP without system capabilities does not show what its sender is: the rule is not evaluated.
 
 ## Example
@@ -86,9 +86,6 @@ class BusSwitch final : public Rule {
     }
     if (unclear_ && IsOnBus(*unclear_)) {
       NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, kCapabilities, unclear_->first.number);
-    } else if (context().statistics().other_packets == 0) {
-      // A capture filter may have left them out.
-      NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, kOtherProtocols);
     }
   }
 
