@@ -67,7 +67,7 @@ class Pages(CliTest):
         # Each command has formats of its own.
         self.assertEqual(complete("ecaudit", "check", "--format", "git"), ["github", "gitlab"])
         self.assertEqual(complete("ecaudit", "signals", "--format", ""), ["csv", "jsonl"])
-        self.assertEqual(complete("ecaudit", "decode", "--format", ""), ["text", "jsonl"])
+        self.assertEqual(complete("ecaudit", "decode", "--format", ""), ["text", "csv", "jsonl"])
         self.assertEqual(complete("ecaudit", "diff", "--format", ""), ["text", "json"])
         self.assertEqual(complete("ecaudit", "events", "--type", "emer"), ["emergency"])
         self.assertEqual(complete("ecaudit", "check", "--require", "re"), ["reached=OP"])
