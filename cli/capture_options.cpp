@@ -373,7 +373,7 @@ Result<Settings> ResolveSettings(const CaptureOptions& options, const GateOption
   settings.families.insert(settings.families.end(), options.families.begin(), options.families.end());
   if (auto error = ReadDeviceFiles(options, settings)) return *error;
 
-  // Before the first slave is named. A file counts as it says itself, the command line as the options say.
+  // Before the first slave is named. A file counts by its own setting, the command line by the options.
   if (config) {
     if (auto error = ApplyCountFrom(config->count_from, settings.analysis.slave_names)) return In(config->path, *error);
   }

@@ -279,7 +279,7 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   const auto value = static_cast<std::uint16_t>(word);
   if (now_.status != value) {
     words_changed_ = true;
-    // The others tell nothing of the way to Operation enabled, and drives are known that toggle some in each cycle.
+    // The others show nothing of the way to Operation enabled, and drives are known that toggle some in each cycle.
     const std::uint16_t changed = now_.status ? *now_.status ^ value : kWayBits;
     if ((changed & kWayBits) != 0 || !now_.enabled()) way_changed_ = true;
   }

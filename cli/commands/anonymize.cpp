@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "analyzers/analysis.h"
+#include "analyzers/judge/catalogue.h"
 #include "cli/anonymize/frame_cleaner.h"
 #include "cli/capture_options.h"
 #include "cli/command_files.h"
@@ -28,12 +29,18 @@ namespace {
 
 constexpr std::size_t kCopiedBytes = std::size_t{1} << 20U;
 
+/// Of the file, or of the packets that are removed, not of the bus.
+bool IsOfCopy(const Finding& finding) {
+  if (finding.rule == "capture-truncated") return false;  // the copy is whole
+  const RuleInfo* const rule = FindRule(finding.rule);
+  return rule == nullptr || rule->subject != Subject::kOtherPackets;
+}
+
 /// A finding without its words: names that are gone may stand in them.
 std::vector<std::string> Facts(const AnalysisResult& result) {
   std::vector<std::string> facts;
   for (const Finding& finding : result.findings) {
-    // Of the file, not of the bus: the copy is whole.
-    if (finding.rule == "capture-truncated") continue;
+    if (!IsOfCopy(finding)) continue;
     std::string fact = std::string(finding.rule) + " " + std::string(Name(finding.severity));
     fact += finding.slave == kNoSlave ? "" : ", slave " + std::to_string(finding.slave);
     fact += ", frame " + std::to_string(finding.first.number) + " to " + std::to_string(finding.last.number) + ", " +
@@ -133,6 +140,7 @@ class AnonymizeCommand : public Command {
     if (!evaluated) return Fail(console, evaluated.error());
     const std::uint64_t packets = evaluated->capture.packets;
     const std::vector<std::string> facts = Facts(*evaluated);
+    const std::size_t left_out = evaluated->findings.size() - facts.size();
     const std::vector<capture::Interface> interfaces = std::move(evaluated->capture.file.interfaces);
     evaluated = AnalysisResult();  // two results of thousands of slaves are large
     anonymize::FrameCleaner cleaner;
@@ -158,7 +166,7 @@ class AnonymizeCommand : public Command {
     std::error_code error;
     std::filesystem::rename(unchecked, output, error);
     if (error) return Fail(console, Error{Printable(output) + ": " + error.message()});
-    return ReportResult(console, output, cleaner, packets, facts.size());
+    return ReportResult(console, output, cleaner, packets, facts.size(), left_out);
   }
 
   [[nodiscard]] std::optional<Error> Copy(Console& console, std::vector<capture::Interface> interfaces,
@@ -217,11 +225,14 @@ class AnonymizeCommand : public Command {
 
   [[nodiscard]] static ExitStatus ReportResult(Console& console, const std::string& output,
                                                const anonymize::FrameCleaner& cleaner, std::uint64_t packets,
-                                               std::size_t findings) {
+                                               std::size_t findings, std::size_t left_out) {
     const anonymize::Removed& removed = cleaner.removed();
-    std::string text = Printable(output) + ": " + Count(packets, "packet") + ", same findings as the capture (" +
-                       Count(findings, "finding") + ")\nremoved: " + std::to_string(cleaner.addresses()) +
-                       (cleaner.addresses() == 1 ? " MAC address" : " MAC addresses");
+    std::string text =
+        Printable(output) + ": " + Count(packets, "packet") + ", same findings as the capture (" +
+        Count(findings, "finding") + ")" +
+        (left_out > 0 ? " but for " + Count(left_out, "finding") + " about the file or other traffic" : "") +
+        "\nremoved: " + std::to_string(cleaner.addresses()) +
+        (cleaner.addresses() == 1 ? " MAC address" : " MAC addresses");
     const auto add = [&text](std::uint64_t count, std::string_view what) {
       if (count > 0) text += ", " + Count(count, what);
     };

@@ -34,9 +34,10 @@ class SignalsCommand : public Command {
     options.Footer(
         "\nA row is a frame with process data; columns: time_s (seconds from the first packet), dc_time_ns (system "
         "time\n"
-        "read in the same frame, where there is one), frame, then one a signal: S0 is the first slave (see\n"
-        "--count-from). Empty: "
-        "not in this frame, or the working counter does not show that the slave gave it. The capture is read twice,\n"
+        "read in the same frame, where there is one), frame, then one a signal: S0 is the first slave (see "
+        "--count-from).\n"
+        "Empty: not in this frame, or the working counter does not show that the slave gave it. The capture is read\n"
+        "twice, "
         "so that the columns of all its mappings are above the first row; after a change of the mapping\n"
         "the columns of the old one stay empty. Where the meaning of bytes is not known, they are one column in\n"
         "hexadecimal, and standard error gives the reason; --eni and --esi help. With jsonl a line for each column "

@@ -58,7 +58,7 @@ LIMITS = {
     "a transfer's data": [("decoder/mailbox/sdo_transfer.h", "kMaxStoredBytes")],
     "signals of process data": [("analyzers/model/process_data.h", "kMaxSignals")],
     "masters that are distinguished": [("decoder/bus/direction.h", "kMaxMasters")],
-    "packets compared for their return": [("decoder/bus/pairing.h", "kSlots")],
+    "packets compared for their return": [("decoder/bus/sent_frames.h", "kSlots")],
     "packet comments": [("decoder/capture/pcapng_source.cpp", "kMaxComments"),
                         ("decoder/capture/pcapng_source.cpp", "kMaxCommentBytes")],
     "interfaces of a file": [("decoder/capture/pcapng_source.cpp", "kMaxInterfaces")],

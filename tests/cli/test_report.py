@@ -276,7 +276,7 @@ class Files(CliTest):
                       self.one_error("check", "-o", "json=second.json", "-o", "text=other.json", self.faulty))
 
     def test_an_ending_of_another_format_needs_the_format_named(self):
-        for command, path in (("signals", "x.json"), ("decode", "x.csv"), ("events", "x.html"), ("diff", "x.xml")):
+        for command, path in (("signals", "x.json"), ("decode", "x.json"), ("events", "x.html"), ("diff", "x.xml")):
             captures = (self.healthy, self.faulty) if command == "diff" else (self.faulty,)
             self.assertIn(f"no format of this command has the ending {os.path.splitext(path)[1]}",
                           self.one_error(command, *captures, "-o", path))
