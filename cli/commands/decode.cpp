@@ -1,7 +1,10 @@
 /// `ecaudit decode`: every datagram of a capture, in file order.
+#include <algorithm>
 #include <memory>
 #include <string>
 
+#include "analyzers/model/bus_model.h"
+#include "analyzers/options/device_files.h"
 #include "cli/commands/command.h"
 #include "cli/interrupt.h"
 #include "cli/stream/datagram_lines.h"
@@ -16,13 +19,22 @@ namespace {
 
 class DatagramWriter final : public LineWriter {
  public:
-  [[nodiscard]] Depth depth() const override { return Depth::kFrames; }
+  /// What a slave is matters for its diagnosis messages only.
+  [[nodiscard]] Depth depth() const override { return with_texts_ ? Depth::kSlaves : Depth::kFrames; }
+  [[nodiscard]] const AnalysisOptions& Adapt(const AnalysisOptions& options) override {
+    with_texts_ = options.files != nullptr && HasDiagnosisTexts(*options.files);
+    return options;
+  }
   [[nodiscard]] bool stops_at_range_end() const override { return true; }
 
   void Begin(Observation& observation, const StreamContext& context) override {
     pipeline_ = &observation.pipeline();
     observation.bus().Listen(Stage::kBeforeModel, *this, &DatagramWriter::On);
-    observation.bus().Listen(Stage::kModel, *this, &DatagramWriter::OnPoll);
+    if (with_texts_) {
+      model_ = &observation.model();
+    } else {
+      observation.bus().Listen(Stage::kModel, *this, &DatagramWriter::OnPoll);
+    }
     context_ = &context;
     for (LineTarget& target : context.targets) {
       if (target.format != kTextLines) continue;
@@ -32,6 +44,13 @@ class DatagramWriter final : public LineWriter {
   }
 
  private:
+  static bool HasDiagnosisTexts(const DeviceFiles& files) {
+    return std::any_of(files.esi.begin(), files.esi.end(), [](const DeviceFiles::Esi& file) {
+      return std::any_of(file.content.devices.begin(), file.content.devices.end(),
+                         [](const device::DeviceDescription& one) { return one.diagnosis_texts() != nullptr; });
+    });
+  }
+
   /// The events about single slaves have no subscriber here.
   void OnPoll(const track::AlPoll& poll) { poll.taken = true; }
 
@@ -43,8 +62,8 @@ class DatagramWriter final : public LineWriter {
     seconds_.clear();
     if (since_start) AppendSeconds(seconds_, *since_start);
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      DatagramRow row{frame,    frame[i],     seen.direction, since_start,
-                      seconds_, std::nullopt, std::nullopt,   context_->time()};
+      DatagramRow row{frame,        frame[i],     seen.direction,   since_start, seconds_,
+                      std::nullopt, std::nullopt, context_->time(), nullptr};
       if (!Resolve(row)) continue;
       for (LineTarget& target : context_->targets) Write(row, target);
     }
@@ -88,6 +107,10 @@ class DatagramWriter final : public LineWriter {
       if (row.slave) slave = network.slaves().AtPosition(*row.slave);
     }
     row.mailbox = MailboxOf(row, slave);
+    if (row.mailbox && model_ != nullptr && slave < model_->size()) {
+      const device::DeviceDescription* const profile = model_->slave(slave).profile;
+      row.diagnosis_texts = profile != nullptr ? profile->diagnosis_texts() : nullptr;
+    }
     if (context_->settings.slaves.empty()) return true;
     for (const SlaveSelector& selector : context_->settings.slaves) {
       if (!selector.by_address && row.slave && *row.slave == selector.value) return true;
@@ -125,6 +148,8 @@ class DatagramWriter final : public LineWriter {
   }
 
   const Pipeline* pipeline_ = nullptr;
+  const model::BusModel* model_ = nullptr;  ///< null: not needed
+  bool with_texts_ = false;
   const StreamContext* context_ = nullptr;
   DatagramFields fields_;
   std::string seconds_;  ///< of the frame at hand
