@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "analyzers/collect/collectors.h"
+#include "analyzers/collect/mapping_history.h"
 #include "analyzers/collect/summary.h"
 #include "analyzers/collect/topology.h"
 #include "analyzers/compare/comparison.h"
@@ -22,6 +23,7 @@
 #include "analyzers/judge/finding_order.h"
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/mapping_tables.h"
 #include "analyzers/judge/one_for_many.h"
 #include "analyzers/judge/parameter_notes.h"
 #include "analyzers/judge/reached_limits.h"
@@ -77,6 +79,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   Observation observation(options, Depth::kClocks);
   Explanations explanations;
   const auto collectors = MakeCollectors(observation, explanations, timeline);
+  MappingHistory mappings(observation.model(), observation.bus());
   FindingStore store(options.rules);
   for (const auto& collector : collectors) collector->Follow(store.findings());
   RuleContext context(store, observation, source, options, explanations);
@@ -102,6 +105,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   JoinConsequences(context);
   AddParameterNotes(context, store);
   AddDiagnosisNotes(context, store);
+  AddMappingTables(context, mappings, store);
   if (MissesPackets(context.pairing())) WeakenWhatHistoryMayExplain(store, rules);
   const std::size_t slaves = ForgetReplaced(context, store);
   result.coverage = CoverageOf(context, result);

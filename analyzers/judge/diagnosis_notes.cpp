@@ -44,6 +44,7 @@ bool IsAbout(const FindingStore& store, const Finding& finding, const model::Dia
 void AddDiagnosisNotes(const RuleContext& context, FindingStore& store) {
   for (Finding& finding : store.findings()) {
     if (finding.slave == kNoSlave || (finding.rule != kEmergency && !IsEvent(finding))) continue;
+    const mailbox::DiagnosisTexts* const texts = context.slave(finding.slave).profile->diagnosis_texts();
     const auto& messages = context.slave(finding.slave).diagnosis.messages();
     std::size_t added = 0;
     // The newest first.
@@ -52,7 +53,7 @@ void AddDiagnosisNotes(const RuleContext& context, FindingStore& store) {
       if (message.too_short || message.empty() || !IsAbout(store, finding, *entry)) continue;
       Arguments arguments{{"object", arg::Object(mailbox::kDiagnosisHistory, entry->subindex)},
                           {"read_frame", arg::Frame(entry->read.number)},
-                          {"diagnosis", arg::Text(mailbox::DiagnosisText(message))}};
+                          {"diagnosis", arg::Text(mailbox::DiagnosisText(message, texts))}};
       if (entry->stored_after != 0) {
         arguments.Set("absent_frame", arg::Frame(entry->stored_after));
       } else if (finding.rule != kEmergency) {

@@ -16,10 +16,6 @@ namespace {
 constexpr auto kPreop = static_cast<std::uint8_t>(esc::AlState::PREOP);
 constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
 
-std::uint32_t ValueOf(ByteSpan bytes) {
-  return static_cast<std::uint32_t>(UnsignedOf(Slice(bytes, 0, 4)));
-}
-
 Value OutcomeOfDownload(const mailbox::SdoTransfer& e) {
   static constexpr Word kAccepted{"accepted", "the slave accepts it"}, kAborted{"aborted", "the slave aborts it"},
       kNotCaptured{"not-captured", "the answer is not in the capture"};
@@ -81,21 +77,8 @@ void PdoRule::On(const mailbox::SdoTransfer& e) {
                      (e.outcome == SdoOutcome::kAborted && e.aborted_by == mailbox::Direction::kIn);
   if (!shown) return;
   std::vector<Write> writes;
-  if (!e.complete_access) {
-    writes.push_back({e.index, e.subindex, ValueOf(e.data)});
-  } else {
-    // As ETG.1000.6 packs it: the count in two bytes, then the entries.
-    const std::size_t width = process::IsAssignment(e.index) ? 2 : 4;
-    ByteSpan rest = e.data;
-    unsigned subindex = e.subindex;
-    if (subindex == 0) {
-      writes.push_back({e.index, 0, rest[0]});
-      rest = Slice(rest, 2);
-      subindex = 1;
-    }
-    for (; subindex <= 255 && rest.size() >= width; ++subindex, rest = rest.subspan(width)) {
-      writes.push_back({e.index, static_cast<std::uint8_t>(subindex), ValueOf(rest.first(width))});
-    }
+  for (const process::PdoValue& value : process::PdoValuesOf(e)) {
+    writes.push_back({e.index, value.subindex, value.value});
   }
   if (e.outcome != SdoOutcome::kAborted) {
     if (written_.size() < kMaxRemembered) written_.emplace(e.slave, e.index);

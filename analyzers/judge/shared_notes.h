@@ -37,6 +37,12 @@ inline constexpr NoteKind kSlaveStates{"slave-states",
                                        "{absent_frame}.][{?may_be_older} The "
                                        "message may be older than this event.]"};
 
+/// Of a mapping of which the slave did not accept all, while the master goes on as if it did.
+inline constexpr NoteKind kMappingShifted{"mapping-shifted",
+                                          "[{?outputs}The outputs][{!outputs}The inputs] after [{entry}][{!entry}that] "
+                                          "are shifted: the slave has {shifted} at "
+                                          "{slave_place}, the master at {wanted_place}."};
+
 /// All of them, for documentation and tests.
 inline constexpr const NoteKind* kSharedNotes[] = {&kMissingPacketsMayExplain,
                                                    &kWorkingCounterMissing,
@@ -46,6 +52,7 @@ inline constexpr const NoteKind* kSharedNotes[] = {&kMissingPacketsMayExplain,
                                                    &kUnusedMayExplain,
                                                    &kParameterSays,
                                                    &kManualStates,
-                                                   &kSlaveStates};
+                                                   &kSlaveStates,
+                                                   &kMappingShifted};
 
 }  // namespace ecaudit

@@ -57,7 +57,8 @@ ObjectValue ReadItem(const ObjectNames& names, const device::DeviceDescription* 
   } else if (process::IsAssignment(index) && bytes.size() == 2) {
     value.text = ObjectName(LittleEndian<std::uint16_t>(bytes, 0));
   } else if (mailbox::IsDiagnosisMessage(index, subindex) && bytes.size() >= mailbox::kDiagnosisHeaderBytes) {
-    value.text = mailbox::DiagnosisText(mailbox::ParseDiagnosisMessage(bytes));
+    value.text = mailbox::DiagnosisText(mailbox::ParseDiagnosisMessage(bytes),
+                                        profile != nullptr ? profile->diagnosis_texts() : nullptr);
   }
   return value;
 }

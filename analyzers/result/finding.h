@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,6 +11,7 @@
 
 #include "analyzers/options/severity.h"
 #include "analyzers/result/finding_kind.h"
+#include "analyzers/result/mapping_table.h"
 #include "analyzers/result/reason.h"
 #include "decoder/base/ids.h"
 
@@ -66,6 +68,8 @@ struct Finding {
   bool severity_is_lowered = false;
   Confidence confidence = Confidence::kObserved;
   Reference reference;
+  /// The mappings that it is about, each direction alone; of several findings about one mapping, one has it.
+  std::vector<std::shared_ptr<const MappingTable>> mapping;
 
   Finding& Set(std::string_view name, Value value) {
     arguments.Set(name, std::move(value));

@@ -1,9 +1,12 @@
 /// `ecaudit decode`: every datagram of a capture, in file order.
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "analyzers/model/bus_model.h"
+#include "analyzers/options/device_files.h"
 #include "cli/commands/command.h"
 #include "cli/interrupt.h"
 #include "cli/stream/datagram_text.h"
@@ -21,13 +24,22 @@ class DatagramWriter final : public LineWriter {
   [[nodiscard]] std::span<const OutputFormat> formats() const override {
     return StreamFormats::OfDatagrams().outputs();
   }
-  [[nodiscard]] Depth depth() const override { return Depth::kFrames; }
+  /// What a slave is matters for its diagnosis messages only.
+  [[nodiscard]] Depth depth() const override { return with_texts_ ? Depth::kSlaves : Depth::kFrames; }
+  [[nodiscard]] const AnalysisOptions& Adapt(const AnalysisOptions& options) override {
+    with_texts_ = options.files != nullptr && HasDiagnosisTexts(*options.files);
+    return options;
+  }
   [[nodiscard]] bool stops_at_range_end() const override { return true; }
 
   void Begin(Observation& observation, const StreamContext& context) override {
     pipeline_ = &observation.pipeline();
     observation.bus().Listen(Stage::kBeforeModel, *this, &DatagramWriter::On);
-    observation.bus().Listen(Stage::kModel, *this, &DatagramWriter::OnPoll);
+    if (with_texts_) {
+      model_ = &observation.model();
+    } else {
+      observation.bus().Listen(Stage::kModel, *this, &DatagramWriter::OnPoll);
+    }
     context_ = &context;
     table_ = {context.time_mode, context.settings.analysis.slave_names};
     for (LineTarget& target : context.targets) {
@@ -41,6 +53,13 @@ class DatagramWriter final : public LineWriter {
   }
 
  private:
+  static bool HasDiagnosisTexts(const DeviceFiles& files) {
+    return std::any_of(files.esi.begin(), files.esi.end(), [](const DeviceFiles::Esi& file) {
+      return std::any_of(file.content.devices.begin(), file.content.devices.end(),
+                         [](const device::DeviceDescription& one) { return one.diagnosis_texts() != nullptr; });
+    });
+  }
+
   /// The events about single slaves have no subscriber here.
   void OnPoll(const track::AlPoll& poll) { poll.taken = true; }
 
@@ -50,7 +69,8 @@ class DatagramWriter final : public LineWriter {
     const auto seconds = since_start ? std::optional(static_cast<double>(*since_start) / 1e9) : std::nullopt;
     if (!context_->range.Contains(frame.ref().number, seconds)) return;
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      DatagramRow row{frame, frame[i], seen.direction, since_start, std::nullopt, std::nullopt, context_->time()};
+      DatagramRow row{frame,        frame[i],     seen.direction,   since_start,
+                      std::nullopt, std::nullopt, context_->time(), nullptr};
       if (!Resolve(row)) continue;
       for (const auto& sink : sinks_) sink->Row(row);
     }
@@ -79,6 +99,10 @@ class DatagramWriter final : public LineWriter {
       if (row.slave) slave = network.slaves().AtPosition(*row.slave);
     }
     row.mailbox = MailboxOf(row, slave);
+    if (row.mailbox && model_ != nullptr && slave < model_->size()) {
+      const device::DeviceDescription* const profile = model_->slave(slave).profile;
+      row.diagnosis_texts = profile != nullptr ? profile->diagnosis_texts() : nullptr;
+    }
     if (context_->settings.slaves.empty()) return true;
     for (const SlaveSelector& selector : context_->settings.slaves) {
       if (!selector.by_address && row.slave && *row.slave == selector.value) return true;
@@ -116,6 +140,8 @@ class DatagramWriter final : public LineWriter {
   }
 
   const Pipeline* pipeline_ = nullptr;
+  const model::BusModel* model_ = nullptr;  ///< null: not needed
+  bool with_texts_ = false;
   const StreamContext* context_ = nullptr;
   DatagramTable table_;
   std::vector<std::unique_ptr<DatagramSink>> sinks_;  ///< by target

@@ -248,6 +248,28 @@ void PutNote(JsonObject& out, const Note& note) {
   out.Object("arguments", [&](JsonObject& json) { PutArguments(json, note.arguments); });
 }
 
+void PutMapping(JsonObject& out, const Finding& f) {
+  out.List("mapping", f.mapping, [](JsonObject& json, const std::shared_ptr<const MappingTable>& table) {
+    json.Put("direction", table->outputs ? "outputs" : "inputs");
+    json.Put("sync_manager", table->sync_manager);
+    json.Put("sync_manager_bytes", table->manager_bytes);
+    json.Put("wanted_bits", table->wanted_bits);
+    json.Put("slave_bits", table->slave_bits);
+    json.List("entries", table->rows, [](JsonObject& entry, const MappingRow& row) {
+      entry.Put("object", ObjectName(row.list, row.subindex));
+      entry.TextOrNull("wanted", row.wanted);
+      entry.Put("answer", Name(row.answer));
+      entry.Text("slave", row.slave);
+      entry.Put("wanted_bit", row.wanted_bit);
+      entry.Put("slave_bit", row.slave_bit);
+      entry.Put("doubtful", row.doubtful);
+      entry.Put("shifted", row.shifted);
+      entry.Put("frame", FrameOrNull(row.frame));
+    });
+    json.Put("entries_left_out", table->rows_left_out);
+  });
+}
+
 /// Which axis, and which slaves.
 void PutPlaces(JsonObject& out, const Finding& f) {
   if (f.axis != 0) out.Put("axis", f.axis + 1);
@@ -292,6 +314,7 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   out.Put("confidence", f.confidence == Confidence::kObserved ? "observed" : "inferred");
   out.Object("arguments", [&](JsonObject& json) { PutArguments(json, f.arguments); });
   if (!f.notes.empty()) out.List("notes", f.notes, &PutNote);
+  if (!f.mapping.empty()) PutMapping(out, f);
   out.Object("evidence", [&](JsonObject& json) { PutArgumentsAsEvidence(json, f); });
   out.Object("reference", [&](JsonObject& json) {
     json.TextOrNull("document", f.reference.document);

@@ -12,6 +12,7 @@
 #include "cli/report/finding_id.h"
 #include "cli/report/finding_order.h"
 #include "cli/report/layout.h"
+#include "cli/report/mapping_text.h"
 #include "cli/report/notation.h"
 #include "cli/report/progress_text.h"
 #include "cli/report/sentences.h"
@@ -508,6 +509,9 @@ class CaptureText {
       add(argument.name, value.word != nullptr ? std::string(value.word->code) : OneLine(TextOf(value)));
     }
     text_.Field("evidence", evidence, indent);
+    for (const auto& table : f.mapping) {
+      for (const std::string& line : MappingLines(*table)) text_.Line(line, indent);
+    }
     std::string related;
     for (const FrameNo frame : f.related_frames) related += (related.empty() ? "" : ", ") + std::to_string(frame);
     const std::string_view noun = f.related_frames.size() == 1 ? "frame " : "frames ";

@@ -9,6 +9,7 @@
 #include "cli/stream/row_sink.h"
 #include "decoder/base/ids.h"
 #include "decoder/bus/direction.h"
+#include "decoder/mailbox/diagnosis_message.h"
 #include "decoder/mailbox/header.h"
 #include "decoder/wire/frame_view.h"
 
@@ -28,6 +29,7 @@ struct DatagramRow {
   std::optional<SlavePos> slave;               ///< the slave it addresses
   std::optional<mailbox::Direction> mailbox;   ///< it accesses the mailbox of the slave from its first byte on
   TimeColumn time;
+  const mailbox::DiagnosisTexts* diagnosis_texts = nullptr;  ///< of the slave; null: none
 
   [[nodiscard]] bool outbound() const { return direction == bus::Direction::kOutbound; }
   [[nodiscard]] bool returned() const { return direction == bus::Direction::kReturned; }

@@ -25,7 +25,7 @@ std::string MessageOf(const DatagramRow& row) {
   message.payload = Slice(d.data(), mailbox::kHeaderBytes, message.header.length);
   if (message.payload.empty()) return {};
   const bool out = message.direction == mailbox::Direction::kOut;
-  return std::string(out ? "mailbox -> " : "mailbox <- ") + DescribeMessage(message);
+  return std::string(out ? "mailbox -> " : "mailbox <- ") + DescribeMessage(message, row.diagnosis_texts);
 }
 
 std::string ContentText(const DatagramRow& row) {

@@ -420,7 +420,9 @@ void EventWriter::On(const mailbox::MailboxMessage& event) {
   row.Frame("first_frame", event.first.seen() ? event.first : event.frame());
   row.Frame("sent_frame", event.sent);
   row.Frame("returned_frame", event.returned);
-  row.text = Arrow(event.direction) + " " + DescribeMessage(event);
+  const device::DeviceDescription* const profile = ProfileOf(event.slave);
+  row.text =
+      Arrow(event.direction) + " " + DescribeMessage(event, profile != nullptr ? profile->diagnosis_texts() : nullptr);
   row.fields.Text("summary", std::string_view(row.text).substr(3));
   if (event.header.counter != 0) row.text += ", counter " + std::to_string(event.header.counter);
   row.Note(mailbox::Describe(event.problem));

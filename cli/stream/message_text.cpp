@@ -38,13 +38,13 @@ std::string EntryText(const SdoMessage& sdo, bool written) {
 }
 
 /// ": error, diag code 0x...": a whole message of the diagnosis history; "" for all else.
-std::string DiagnosisOf(const SdoMessage& sdo) {
+std::string DiagnosisOf(const SdoMessage& sdo, const DiagnosisTexts* texts) {
   if (!sdo.has_object || sdo.complete_access || !IsDiagnosisMessage(sdo.index, sdo.subindex)) return {};
   if (sdo.data.size() < kDiagnosisHeaderBytes || (sdo.size && *sdo.size > sdo.data.size())) return {};
-  return ": " + DiagnosisText(ParseDiagnosisMessage(sdo.data));
+  return ": " + DiagnosisText(ParseDiagnosisMessage(sdo.data), texts);
 }
 
-std::string SdoText(const SdoMessage& sdo) {
+std::string SdoText(const SdoMessage& sdo, const DiagnosisTexts* texts) {
   if (sdo.too_short) return "too short";
   const std::string object = sdo.has_object ? " " + ObjectName(sdo.index, sdo.subindex) : "";
   const std::string access = sdo.complete_access ? ", complete access" : "";
@@ -61,7 +61,7 @@ std::string SdoText(const SdoMessage& sdo) {
       if (request) return "upload" + object + access;
       const bool all = sdo.expedited || !sdo.size || *sdo.size <= sdo.data.size();
       return "upload" + object + access + bytes + (all ? "" : " of " + Grouped(*sdo.size)) + EntryText(sdo, false) +
-             DiagnosisOf(sdo);
+             DiagnosisOf(sdo, texts);
     }
     case SdoKind::kDownloadSegment:
       return "download segment" + (request ? bytes : "") + toggle + (request && sdo.last ? ", last" : "");
@@ -101,13 +101,13 @@ std::string SdoInfoText(const SdoInfoHeader& info) {
   return text;
 }
 
-std::string CoeText(const MailboxMessage& message) {
+std::string CoeText(const MailboxMessage& message, const DiagnosisTexts* texts) {
   const CoeHeader coe = ParseCoeHeader(message.payload);
   const ByteSpan rest = Slice(message.payload, kCoeHeaderBytes);
   switch (coe.service) {
     case CoeService::kSdoRequest:
     case CoeService::kSdoResponse:
-      return SdoText(ParseSdo(rest, message.direction));
+      return SdoText(ParseSdo(rest, message.direction), texts);
     case CoeService::kSdoInformation:
       return SdoInfoText(ParseSdoInfo(rest));
     case CoeService::kEmergency:
@@ -174,7 +174,7 @@ std::string ErrorText(const MailboxMessage& message) {
   return text.empty() ? "detail " + Hex(reply.detail) : std::string(text);
 }
 
-std::string BodyText(const MailboxMessage& message) {
+std::string BodyText(const MailboxMessage& message, const DiagnosisTexts* texts) {
   switch (message.header.protocol) {
     case Protocol::kError:
       return ErrorText(message);
@@ -183,7 +183,7 @@ std::string BodyText(const MailboxMessage& message) {
     case Protocol::kEoE:
       return EoeText(message);
     case Protocol::kCoE:
-      return CoeText(message);
+      return CoeText(message, texts);
     case Protocol::kFoE:
       return FoeText(message);
     case Protocol::kSoE:
@@ -218,10 +218,10 @@ std::string ServiceName(const MailboxMessage& message) {
   return {};
 }
 
-std::string DescribeMessage(const MailboxMessage& message) {
+std::string DescribeMessage(const MailboxMessage& message, const DiagnosisTexts* texts) {
   std::string text = message.header.protocol == Protocol::kError ? "mailbox" : Name(message.header.protocol);
   if (const std::string service = ServiceName(message); !service.empty()) text += " " + service;
-  if (const std::string body = BodyText(message); !body.empty()) text += ": " + body;
+  if (const std::string body = BodyText(message, texts); !body.empty()) text += ": " + body;
   return text;
 }
 

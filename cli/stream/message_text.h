@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "decoder/mailbox/diagnosis_message.h"
 #include "decoder/mailbox/events.h"
 
 namespace ecaudit::cli {
@@ -12,7 +13,9 @@ namespace ecaudit::cli {
 [[nodiscard]] std::string ServiceName(const mailbox::MailboxMessage& message);
 /// "CoE SDO request: upload 1018h:1", "FoE write request: \"ECATFW__\"", "mailbox error: the service is not supported".
 /// Printable text.
-[[nodiscard]] std::string DescribeMessage(const mailbox::MailboxMessage& message);
+/// @param texts  of diagnosis messages (10F3h) of the slave; null: none
+[[nodiscard]] std::string DescribeMessage(const mailbox::MailboxMessage& message,
+                                          const mailbox::DiagnosisTexts* texts = nullptr);
 /// "SDO upload 1018h:1", "FoE read request": a request that is answered, or waits for its answer.
 [[nodiscard]] std::string DescribeRequest(const mailbox::RequestSummary& request);
 

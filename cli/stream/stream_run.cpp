@@ -104,10 +104,12 @@ struct StreamRun::Pass {
   Pass(std::unique_ptr<capture::FrameSource> capture, LineWriter& writer, const Plan& plan)
       : opened(std::move(capture)),
         source(*opened, plan.range),
-        observation(writer.Adapt(plan.settings.analysis), writer.depth()) {}
+        options(writer.Adapt(plan.settings.analysis)),
+        observation(options, writer.depth()) {}
 
   std::unique_ptr<capture::FrameSource> opened;
   TimedSource source;
+  const AnalysisOptions& options;  ///< the depth depends on them
   Observation observation;
 };
 

@@ -93,6 +93,10 @@ class DeviceDescription {
   /// What an object is: from the dictionary, else from the standard objects of the drive profile, else null.
   [[nodiscard]] const DictionaryObject* object(std::uint16_t index, std::uint8_t subindex) const;
   /// A name for an object for people: "Control word"; also found in the list of cyclic objects. Empty when unknown.
+  /// Texts of the messages in 10F3h, by text ID; null: there is no ESI, or it has none.
+  [[nodiscard]] const mailbox::DiagnosisTexts* diagnosis_texts() const {
+    return esi && !esi->diagnosis_texts.empty() ? &esi->diagnosis_texts : nullptr;
+  }
   [[nodiscard]] std::string_view object_name(std::uint16_t index, std::uint8_t subindex) const;
   /// May the object be mapped in that direction? Asks the dictionary and the list of cyclic objects, which contradict
   /// each other in places; either one's yes is a yes.

@@ -9,6 +9,7 @@
 
 #include "decoder/base/ids.h"
 #include "decoder/device/esi_modules.h"
+#include "decoder/mailbox/diagnosis_message.h"
 
 namespace ecaudit::device {
 
@@ -58,6 +59,7 @@ struct EsiDetails {
   std::optional<bool> pdo_assign, pdo_config;
   StateTimeouts timeouts;
   std::vector<std::pair<EscAddress, std::uint16_t>> watchdogs;  ///< registers 0x0400, 0x0410, 0x0420 (ESC/Reg0420)
+  mailbox::DiagnosisTexts diagnosis_texts;                      ///< of object 10F3h (Profile/DiagMessages)
   std::optional<EsiSlots> slot_rules;                           ///< a modular device
   bool modules_known = false;  ///< PDOs and objects of the modules in its slots are part of the description
 

@@ -464,6 +464,29 @@ class EsiParser {
     CountRow();
   }
 
+  /// <DiagMessages><DiagMessage><TextId>#x3702</TextId><MessageText LcId="1033">...</MessageText></DiagMessage> ...
+  void ReadDiagnosisTexts(mailbox::DiagnosisTexts& texts) {
+    while (xml_.NextChild()) {
+      if (xml_.name() != "DiagMessage") {
+        xml_.Skip();
+        continue;
+      }
+      CountRow();
+      std::uint16_t id = 0;
+      std::string text;
+      while (xml_.NextChild()) {
+        if (xml_.name() == "TextId") {
+          id = xml_.Number<std::uint16_t>();
+        } else if (xml_.name() == "MessageText") {
+          ReadLocalName(xml_, text);
+        } else {
+          xml_.Skip();
+        }
+      }
+      if (id != 0 && !text.empty()) texts.emplace(id, std::move(text));
+    }
+  }
+
   void ReadProfileElement(DeviceDescription& device) {
     while (xml_.NextChild()) {
       if (xml_.name() == "ProfileNo") {
@@ -472,6 +495,8 @@ class EsiParser {
         if (!device.dictionary) device.dictionary.emplace();
         device.dictionary->source = kEsiSource;
         ReadDictionary(*device.dictionary, nullptr);
+      } else if (xml_.name() == "DiagMessages") {
+        ReadDiagnosisTexts(device.esi->diagnosis_texts);
       } else {
         xml_.Skip();
       }

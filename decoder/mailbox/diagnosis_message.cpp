@@ -1,6 +1,7 @@
 #include "decoder/mailbox/diagnosis_message.h"
 
 #include <algorithm>
+#include <string_view>
 
 #include "decoder/base/text.h"
 #include "decoder/mailbox/coe_types.h"
@@ -55,8 +56,62 @@ void ParseParameters(ByteSpan bytes, std::size_t count, DiagnosisMessage& messag
     const bool text_id = static_cast<Layout>(flags >> 12U) == Layout::kTextId;
     const std::string shown = Printable(FormatValue(parameter.type, value));
     message.parameters.push_back(text ? "\"" + shown + "\"" : text_id ? "text ID " + shown : shown);
+    message.parameter_texts.push_back(text_id ? static_cast<std::uint16_t>(UnsignedOf(Slice(value, 0, 2))) : 0);
     at += parameter.bytes;
   }
+}
+
+/// The text of an ID, safe to print; null: none.
+const std::string* Find(const DiagnosisTexts* texts, std::uint16_t id) {
+  if (texts == nullptr || id == 0) return nullptr;
+  const auto at = texts->find(id);
+  return at == texts->end() || at->second.empty() ? nullptr : &at->second;
+}
+
+/// One parameter where the text has a place for it.
+/// @param conversion  the letter after the percent sign
+std::string Filled(const DiagnosisMessage& message, std::size_t number, char conversion, const DiagnosisTexts* texts) {
+  const std::string& shown = message.parameters[number];
+  if (const std::string* text = Find(texts, message.parameter_texts[number])) return Printable(*text);
+  const bool digits =
+      !shown.empty() && std::all_of(shown.begin(), shown.end(), [](char c) { return c >= '0' && c <= '9'; });
+  constexpr std::size_t kMostDigits = 19;  // of 64 bits
+  if ((conversion == 'x' || conversion == 'X') && digits && shown.size() <= kMostDigits) {
+    std::uint64_t value = 0;
+    for (const char c : shown) value = 10 * value + static_cast<std::uint64_t>(c - '0');
+    return Hex(value, 1).substr(2);
+  }
+  // The quotes of a text are those of the whole.
+  const bool quoted = shown.size() >= 2 && shown.front() == '"';
+  return quoted ? shown.substr(1, shown.size() - 2) : shown;
+}
+
+/// The text with its parameters. `used` gets how many of them it has a place for.
+std::string Fill(const std::string& text, const DiagnosisMessage& message, const DiagnosisTexts* texts,
+                 std::size_t& used) {
+  constexpr std::string_view kConversions = "diuxXsc";
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%' || i + 1 == text.size()) {
+      out += text[i];
+      continue;
+    }
+    if (text[i + 1] == '%') {
+      out += '%';
+      ++i;
+      continue;
+    }
+    // Width, precision and length do not matter for reading.
+    const std::size_t end = text.find_first_not_of("0123456789.+- #hl", i + 1);
+    const bool place = end != std::string::npos && kConversions.find(text[end]) != std::string_view::npos;
+    if (!place || used >= message.parameters.size()) {
+      out += text[i];
+      continue;
+    }
+    out += Filled(message, used++, text[end], texts);
+    i = end;
+  }
+  return out;
 }
 
 std::string TypeName(std::uint8_t type) {
@@ -90,14 +145,23 @@ DiagnosisMessage ParseDiagnosisMessage(ByteSpan bytes) {
   return message;
 }
 
-std::string DiagnosisText(const DiagnosisMessage& message) {
+std::string DiagnosisText(const DiagnosisMessage& message, const DiagnosisTexts* texts) {
   if (message.too_short) return "too short";
   if (message.empty()) return "no message";
-  std::string text = TypeName(message.type()) + ", diag code " + Hex(message.code, 8);
+  std::string text = TypeName(message.type());
+  std::size_t used = 0;
+  const std::string* const of_id = Find(texts, message.text_id);
+  if (of_id != nullptr) {
+    text += ": " + Printable(Fill(*of_id, message, texts, used)) + " (text ID " + Hex(message.text_id) + ")";
+  }
+  text += ", diag code " + Hex(message.code, 8);
   if (const auto emergency = message.emergency_code()) text += " (emergency " + Hex(*emergency) + ")";
-  if (message.text_id != 0) text += ", text ID " + Hex(message.text_id);
-  for (std::size_t i = 0; i < message.parameters.size(); ++i) {
-    text += (i != 0 ? ", " : message.parameters.size() == 1 ? ", parameter " : ", parameters ") + message.parameters[i];
+  if (message.text_id != 0 && of_id == nullptr) text += ", text ID " + Hex(message.text_id);
+  const std::size_t left = message.parameters.size() - used;
+  for (std::size_t i = used; i < message.parameters.size(); ++i) {
+    text += i != used ? ", " : left == 1 ? ", parameter " : ", parameters ";
+    const std::string* known = Find(texts, message.parameter_texts[i]);
+    text += known != nullptr ? "\"" + Printable(*known) + "\"" : message.parameters[i];
   }
   if (message.cut) text += ", parameters not complete";
   if (message.time_ns != 0) {

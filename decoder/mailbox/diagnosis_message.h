@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,11 +24,12 @@ enum class DiagnosisType : std::uint8_t { kInfo = 0, kWarning = 1, kError = 2 };
 struct DiagnosisMessage {
   std::uint32_t code = 0;
   std::uint16_t flags = 0;
-  std::uint16_t text_id = 0;            ///< of a text in the ESI; 0: none
-  std::uint64_t time_ns = 0;            ///< 0: none
-  std::vector<std::string> parameters;  ///< as text, safe to print
-  bool too_short = false;               ///< the header is not complete: nothing else is known
-  bool cut = false;                     ///< the parameters are not complete, or have a layout that is not known
+  std::uint16_t text_id = 0;                   ///< of a text in the ESI; 0: none
+  std::uint64_t time_ns = 0;                   ///< 0: none
+  std::vector<std::string> parameters;         ///< as text, safe to print
+  std::vector<std::uint16_t> parameter_texts;  ///< of each parameter: the text ID that it is; 0: it is none
+  bool too_short = false;                      ///< the header is not complete: nothing else is known
+  bool cut = false;                            ///< the parameters are not complete, or have a layout that is not known
 
   /// Values from 3 on are reserved.
   [[nodiscard]] std::uint8_t type() const { return static_cast<std::uint8_t>(flags & 0x0FU); }
@@ -44,7 +46,12 @@ struct DiagnosisMessage {
 }
 [[nodiscard]] DiagnosisMessage ParseDiagnosisMessage(ByteSpan bytes);
 
-/// "error, diag code 0x4210e800 (emergency 0x4210), text ID 0x3702, parameters: 2, 128, local time 13.2 s".
-[[nodiscard]] std::string DiagnosisText(const DiagnosisMessage& message);
+/// Texts of an ESI by text ID. A text has places for parameters as printf() has them (%d, %x, %s). Untrusted.
+using DiagnosisTexts = std::map<std::uint16_t, std::string>;
+
+/// "error, diag code 0x4210e800 (emergency 0x4210), text ID 0x3702, parameters: 2, 128, local time 13.2 s"; with the
+/// text "error: Short circuit in module 2, channel 128 (text ID 0x3702), diag code 0x4210e800 ...". Safe to print.
+/// @param texts  null: none
+[[nodiscard]] std::string DiagnosisText(const DiagnosisMessage& message, const DiagnosisTexts* texts = nullptr);
 
 }  // namespace ecaudit::mailbox

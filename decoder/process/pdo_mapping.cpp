@@ -12,6 +12,27 @@ std::uint32_t Value(ByteSpan bytes) {
 
 }  // namespace
 
+std::vector<PdoValue> PdoValuesOf(const mailbox::SdoTransfer& transfer) {
+  std::vector<PdoValue> values;
+  if (transfer.data.empty()) return values;
+  if (!transfer.complete_access) {
+    values.push_back({transfer.subindex, Value(transfer.data)});
+    return values;
+  }
+  const std::size_t width = IsAssignment(transfer.index) ? 2 : 4;
+  ByteSpan rest = transfer.data;
+  unsigned subindex = transfer.subindex;
+  if (subindex == 0) {
+    values.push_back({0, rest[0]});
+    rest = Slice(rest, 2);
+    subindex = 1;
+  }
+  for (; subindex <= 255 && rest.size() >= width; ++subindex, rest = rest.subspan(width)) {
+    values.push_back({static_cast<std::uint8_t>(subindex), Value(rest.first(width))});
+  }
+  return values;
+}
+
 std::optional<std::vector<std::uint32_t>> PdoObject::Contents() const {
   const std::uint8_t* known_count = count.if_known();
   if (known_count == nullptr) return std::nullopt;
@@ -34,20 +55,9 @@ bool PdoMapping::Apply(const mailbox::SdoTransfer& transfer) {
     return false;
   }
   const FrameNo frame = transfer.response.seen() ? transfer.response.number : transfer.request.number;
-  if (!transfer.complete_access) {
-    return Set(transfer.index, transfer.subindex, Value(transfer.data), certainty, frame);
-  }
-  // Complete access from subindex 0: the count takes two bytes, then the entries follow without gaps.
-  const std::size_t width = IsAssignment(transfer.index) ? 2 : 4;
-  ByteSpan rest = transfer.data;
   bool changed = false;
-  if (transfer.subindex == 0) {
-    changed = Set(transfer.index, 0, rest[0], certainty, frame);
-    rest = Slice(rest, 2);
-  }
-  for (unsigned subindex = 1; subindex <= 255 && rest.size() >= width; ++subindex) {
-    changed |= Set(transfer.index, static_cast<std::uint8_t>(subindex), Value(rest.first(width)), certainty, frame);
-    rest = rest.subspan(width);
+  for (const PdoValue& value : PdoValuesOf(transfer)) {
+    changed |= Set(transfer.index, value.subindex, value.value, certainty, frame);
   }
   return changed;
 }

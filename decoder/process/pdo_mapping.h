@@ -50,6 +50,15 @@ struct MappingEntry {
   friend constexpr bool operator==(const MappingEntry&, const MappingEntry&) = default;
 };
 
+/// One value of a transfer: of a single subindex, or one of those that complete access carries.
+struct PdoValue {
+  std::uint8_t subindex = 0;
+  std::uint32_t value = 0;
+};
+/// The values that a transfer of an assignment or mapping object writes or reads, whatever its outcome. Complete access
+/// from subindex 0 on has the count in two bytes, then the entries without gaps.
+[[nodiscard]] std::vector<PdoValue> PdoValuesOf(const mailbox::SdoTransfer& transfer);
+
 /// An assignment or mapping object as last written or read.
 struct PdoObject {
   Known<std::uint8_t> count;                     ///< subindex 0

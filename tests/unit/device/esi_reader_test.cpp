@@ -372,5 +372,23 @@ TEST(EsiReader, FilesAreReadAndErrorsNameThem) {
   EXPECT_EQ(LoadEsiFile(path).error().message, path + ": no such file");
 }
 
+TEST(EsiReader, ReadsTheTextsOfDiagnosisMessages) {
+  const auto file = ReadEsi(R"(<EtherCATInfo><Vendor><Id>1</Id></Vendor><Descriptions><Devices><Device>
+    <Type ProductCode="#x2" RevisionNo="#x3">T</Type>
+    <Profile><ProfileNo>5001</ProfileNo><DiagMessages>
+      <DiagMessage><TextId>#x3702</TextId><MessageText LcId="1031">Kurzschluss</MessageText>
+        <MessageText LcId="1033">Short circuit in module %d</MessageText></DiagMessage>
+      <DiagMessage><TextId>17</TextId><MessageText LcId="1031">Nur deutsch</MessageText></DiagMessage>
+      <DiagMessage><TextId>#x0012</TextId></DiagMessage>
+      <Other/>
+    </DiagMessages></Profile>
+  </Device><Device><Type ProductCode="#x3">U</Type></Device></Devices></Descriptions></EtherCATInfo>)");
+  ASSERT_TRUE(file) << file.error().message;
+  ASSERT_NE(file->devices[0].diagnosis_texts(), nullptr);
+  EXPECT_EQ(*file->devices[0].diagnosis_texts(),
+            (mailbox::DiagnosisTexts{{0x0011, "Nur deutsch"}, {0x3702, "Short circuit in module %d"}}));
+  EXPECT_EQ(file->devices[1].diagnosis_texts(), nullptr);
+}
+
 }  // namespace
 }  // namespace ecaudit::device

@@ -80,6 +80,42 @@ TEST(DiagnosisMessage, ShortAndEmptyMessages) {
   EXPECT_EQ(TextOf(Bytes(40)), "no message");
 }
 
+std::string TextOf(const Bytes& bytes, const DiagnosisTexts& texts) {
+  return DiagnosisText(ParseDiagnosisMessage(bytes), &texts);
+}
+
+TEST(DiagnosisMessage, HasTheTextOfItsId) {
+  const Bytes bytes = Message(0x0202, {0x05, 0, 0x02, 0x06, 0, 0x34, 0x12});
+  EXPECT_EQ(TextOf(bytes, {{0x3702, "Short circuit in module %d, channel 0x%04X"}}),
+            "error: Short circuit in module 2, channel 0x1234 (text ID 0x3702), diag code 0x4210e800 (emergency "
+            "0x4210), time 1000000000 ns");
+  // What the text has no place for follows, and a place without parameter stays.
+  EXPECT_EQ(TextOf(bytes, {{0x3702, "Module %u"}}).substr(0, 84),
+            "error: Module 2 (text ID 0x3702), diag code 0x4210e800 (emergency 0x4210), parameter");
+  EXPECT_EQ(TextOf(Message(0x0002, {}), {{0x3702, "Load of %d %%, 50% of %"}}).substr(0, 42),
+            "error: Load of %d %, 50% of % (text ID 0x3");
+}
+
+TEST(DiagnosisMessage, WithoutATextOfItsIdIsAsBefore) {
+  const Bytes bytes = Message(0x0012, {});
+  EXPECT_EQ(TextOf(bytes, {{0x3703, "Another one"}, {0, "None"}}), TextOf(bytes));
+  EXPECT_EQ(TextOf(bytes, {{0x3702, ""}}), TextOf(bytes));
+}
+
+TEST(DiagnosisMessage, AParameterMayBeATextItself) {
+  const Bytes bytes = Message(0x0102, {0x02, 0x40, 0x01, 0x38});
+  EXPECT_EQ(TextOf(bytes, {{0x3702, "Module: %s"}, {0x3801, "not configured"}}).substr(0, 29),
+            "error: Module: not configured");
+  EXPECT_EQ(TextOf(bytes, {{0x3801, "not configured"}}),
+            "error, diag code 0x4210e800 (emergency 0x4210), text ID 0x3702, parameter \"not configured\", time "
+            "1000000000 ns");
+}
+
+TEST(DiagnosisMessage, TextsAreSafeToPrint) {
+  EXPECT_EQ(TextOf(Message(0x0002, {}), {{0x3702, "a\x1b[31m"}}).substr(0, 16), "error: a\\x1b[31m");
+  EXPECT_EQ(TextOf(Message(0x0102, {0x02, 0x20, 'h', 'i'}), {{0x3702, "<%s>"}}).substr(0, 11), "error: <hi>");
+}
+
 TEST(DiagnosisMessage, FollowsTheFirstFiveSubindexes) {
   EXPECT_FALSE(IsDiagnosisMessage(0x10F3, 5));
   EXPECT_TRUE(IsDiagnosisMessage(0x10F3, 6));

@@ -1,5 +1,5 @@
 // Findings in the order in which they are best read: worst first, each cause before its consequences.
-import { copyable, facts, h } from "./dom.js";
+import { copyable, facts, h, table } from "./dom.js";
 import { capitalised, count, duration, grouped, hex, seconds, slaveLabel, slaveName, slaveNumber, trim } from "./format.js";
 import { matcher } from "./search.js";
 
@@ -34,6 +34,29 @@ function rulePage(rule) {
     h("p", { className: "muted" }, `Source: ${rule.source}`));
 }
 
+const place = (bit) => (bit === null ? "\u2013" : `byte ${Math.floor(bit / 8)}${bit % 8 ? ` bit ${bit % 8}` : ""}`);
+const length = (bits) => (bits % 8 ? count(bits, "bit") : count(bits / 8, "byte"));
+
+/// Wanted, accepted and resulting layout of a PDO mapping side by side.
+function mappingDetails(mapping) {
+  const lengths = [
+    mapping.wanted_bits !== null && `wanted ${length(mapping.wanted_bits)}`,
+    mapping.slave_bits !== null && `in the slave ${mapping.entries.some((row) => row.doubtful) ? "maybe " : ""}${length(mapping.slave_bits)}`,
+    mapping.sync_manager_bytes !== null && `sync manager ${count(mapping.sync_manager_bytes, "byte")}`,
+  ].filter(Boolean).join(", ");
+  return h("details", { className: "more mapping" },
+    h("summary", null, `Mapping of the ${mapping.direction} (SM${mapping.sync_manager})${lengths && `: ${lengths}`}`),
+    table(mapping.entries, [
+      { title: "Entry", value: (row) => row.object },
+      { title: "Wanted", value: (row) => row.wanted ?? "\u2013" },
+      { title: "Slave", value: (row) => row.slave, long: true },
+      { title: "Wanted at", value: (row) => place(row.wanted_bit) },
+      { title: "Slave at", value: (row) => `${place(row.slave_bit)}${row.shifted ? ", shifted" : row.doubtful && row.slave_bit !== row.wanted_bit ? "?" : ""}` },
+      { title: "Frame", value: (row) => row.frame ?? "", num: true },
+    ]),
+    mapping.entries_left_out > 0 && h("p", { className: "muted" }, `${count(mapping.entries_left_out, "more entry", "more entries")}`));
+}
+
 const clock = (time) => (time ? ` (${time.slice(11, 23)} UTC)` : "");
 
 function findingCard(capture, finding, depth, rules, showInTime) {
@@ -60,6 +83,7 @@ function findingCard(capture, finding, depth, rules, showInTime) {
     h("p", { className: "text" }, finding.message),
     Object.keys(finding.evidence).length > 0 &&
       facts(Object.entries(finding.evidence).map(([name, value]) => [name.replaceAll("_", " "), evidenceText(name, value)]), "evidence"),
+    (finding.mapping ?? []).map(mappingDetails),
     (cause || consequences.length > 0) && h("p", { className: "chain" },
       cause && ["Because of ", link(cause), consequences.length > 0 && ". "],
       consequences.length > 0 && ["Leads to ", consequences.map((f, i) => [i > 0 && ", ", link(f)])]),
