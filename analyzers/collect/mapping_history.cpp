@@ -10,8 +10,8 @@ namespace {
 
 using mailbox::SdoOutcome;
 
-constexpr std::size_t kOutputs = 2;
-constexpr std::size_t kInputs = 3;
+constexpr std::size_t kOutputManager = 2;
+constexpr std::size_t kInputManager = 3;
 
 std::size_t EntriesOf(const MappingHistory::Configuration& configuration) {
   std::size_t entries = 0;
@@ -57,9 +57,8 @@ void MappingHistory::On(const mailbox::SdoTransfer& transfer) {
   if (configuration == nullptr) return;
   List& list = configuration->lists[transfer.index];
   // Written again: from the number 0 on, or as a whole.
-  const bool anew =
-      download && values.front().subindex == 0 &&
-      (transfer.complete_access || (values.front().value == 0 && transfer.outcome == SdoOutcome::kCompleted));
+  const bool anew = download && transfer.outcome == SdoOutcome::kCompleted && values.front().subindex == 0 &&
+                    (transfer.complete_access || values.front().value == 0);
   if (anew) {
     entries_ -= list.size();
     list.clear();
@@ -75,12 +74,15 @@ void MappingHistory::On(const mailbox::SdoTransfer& transfer) {
       entry.read = value.value;
       continue;
     }
+    // The slave keeps what it had; after the list was cleared that is not known.
+    std::optional<std::uint32_t> kept;
+    if (transfer.outcome == SdoOutcome::kAborted) kept = entry.accepted() ? std::optional(entry.value) : entry.read;
     entry = {.written = true,
              .value = value.value,
              .outcome = transfer.outcome,
              .abort_code = transfer.abort_code,
              .frame = frame,
-             .read = std::nullopt};
+             .read = kept};
   }
 }
 
@@ -89,7 +91,7 @@ void MappingHistory::On(const track::AlRequest& request) {
   Configuration& configuration = slaves_[request.slave].configurations.back();
   if (configuration.closed) return;
   configuration.closed = true;
-  configuration.managers = {ManagerNow(request.slave, kOutputs), ManagerNow(request.slave, kInputs)};
+  configuration.managers = {ManagerNow(request.slave, kOutputManager), ManagerNow(request.slave, kInputManager)};
 }
 
 void MappingHistory::On(const track::RunBegan& /*began*/) {
@@ -119,7 +121,7 @@ std::optional<MappingHistory::Manager> MappingHistory::ManagerOf(SlaveId slave, 
                                                                  device::PdoDirection direction) const {
   const bool outputs = direction == device::PdoDirection::kRx;
   if (configuration.closed) return configuration.managers[outputs ? 0 : 1];
-  return ManagerNow(slave, outputs ? kOutputs : kInputs);
+  return ManagerNow(slave, outputs ? kOutputManager : kInputManager);
 }
 
 }  // namespace ecaudit

@@ -31,7 +31,7 @@ class MappingHistory {
     mailbox::SdoOutcome outcome = mailbox::SdoOutcome::kCompleted;
     std::uint32_t abort_code = 0;
     FrameNo frame = 0;
-    std::optional<std::uint32_t> read;  ///< by an upload after that
+    std::optional<std::uint32_t> read;  ///< by an upload after that; of an aborted write also what was there before
 
     /// The slave accepted the value, and did not show another one.
     [[nodiscard]] bool accepted() const {

@@ -170,9 +170,14 @@ class TableMaker {
       }
       MappingRow& row = Row(assignment, static_cast<std::uint8_t>(subindex), entry);
       const bool valid = !in_slave || subindex <= *in_slave;
-      if (entry->written) row.wanted = PdoText(entry->value);
-      if (entry->read && !entry->accepted()) row.slave = Joined(row, "has " + PdoText(*entry->read));
+      if (entry->written) {
+        row.wanted = PdoText(entry->value);
+      } else {
+        row.slave = "has " + PdoText(entry->read.value_or(0));
+      }
+      if (entry->written && entry->read && !entry->accepted()) row.slave = Joined(row, "has " + PdoText(*entry->read));
       if (entry->accepted() && !valid) row.slave = kNotCounted;
+      if (entry->aborted() && !entry->read && valid) row.doubtful = maybe_older_ = true;
       // The slave has another PDO there.
       const bool other = entry->written && entry->read && *entry->read != entry->value;
       if (other && valid) slave_cursor_.Lose();
@@ -234,7 +239,11 @@ class TableMaker {
       bits.number = *entry.read & 0xFFU;
       row.slave = Joined(row, "has " + EntryText(*entry.read));
     } else if (entry.aborted()) {
-      in_slave = entry.read.has_value() && in_slave;
+      // Whether the slave still has an older entry there is not known.
+      const bool older = in_slave && valid;
+      in_slave = false;
+      row.doubtful = older;
+      maybe_older_ = maybe_older_ || older;
     } else if (!valid) {
       row.slave = kNotCounted;
     } else if (in_slave || table_.of_each_pdo) {
@@ -246,7 +255,7 @@ class TableMaker {
     }
     if (row.slave.empty()) row.slave = "has " + EntryText(value);
     Place(row, wanted_bits, wanted, bits.number, in_slave && valid);
-    doubtful_ = doubtful_ || (bits.doubtful && in_slave && valid);
+    by_type_ = by_type_ || (bits.doubtful && in_slave && valid);
   }
 
   void Place(MappingRow& row, std::uint32_t wanted_bits, bool wanted, std::uint32_t slave_bits, bool in_slave) {
@@ -256,7 +265,7 @@ class TableMaker {
     }
     if (in_slave) {
       row.slave_bit = slave_cursor_.at();
-      row.doubtful = doubtful_;
+      row.doubtful = by_type_ || maybe_older_;
       slave_cursor_.Advance(slave_bits);
     }
   }
@@ -286,6 +295,7 @@ class TableMaker {
     const bool by_wish =
         table_.manager_bytes && table_.wanted_bits && *table_.manager_bytes == bytes(*table_.wanted_bits);
     if (!by_wish) return;
+    table_.as_wanted = true;
     for (MappingRow& row : table_.rows) {
       row.shifted = row.wanted_bit && row.slave_bit && *row.wanted_bit != *row.slave_bit && !row.doubtful;
     }
@@ -305,14 +315,15 @@ class TableMaker {
   MappingTable table_;
   Cursor wanted_;
   Cursor slave_cursor_;
-  bool doubtful_ = false;  ///< an entry before this one has another length than its type
+  bool by_type_ = false;      ///< an entry before this one has another length than its type
+  bool maybe_older_ = false;  ///< the slave aborted one before it, and may keep an older one there
 };
 
 /// Rules whose findings are about a mapping wherever they name one of its objects.
-constexpr std::array<std::string_view, 11> kRules{"sdo-abort",           "sdo-wrong-size",          "pdo-assign-order",
-                                                  "pdo-assign-state",    "pdo-unsupported",         "pdo-mapping-rule",
-                                                  "pdo-not-mappable",    "pdo-object-mapped-twice", "pdo-object-type",
-                                                  "pdo-length-mismatch", "sm-process-config"};
+constexpr std::array<std::string_view, 11> kMappingRules{
+    "sdo-abort",       "sdo-wrong-size",      "pdo-assign-order", "pdo-assign-state",
+    "pdo-unsupported", "pdo-mapping-rule",    "pdo-not-mappable", "pdo-object-mapped-twice",
+    "pdo-object-type", "pdo-length-mismatch", "sm-process-config"};
 /// Invalid sync manager, outputs or inputs. Source: ETG.1000.6, AL status codes.
 constexpr std::size_t kMostTables = 64;
 constexpr std::array<std::int64_t, 5> kCodes{0x0017, 0x001D, 0x001E, 0x0024, 0x0025};
@@ -331,7 +342,7 @@ Directions DirectionsOf(const Finding& finding) {
     const bool about = code != nullptr && std::find(kCodes.begin(), kCodes.end(), code->number) != kCodes.end();
     return about ? Directions{true, true} : directions;
   }
-  if (std::find(kRules.begin(), kRules.end(), finding.rule) == kRules.end()) return directions;
+  if (std::find(kMappingRules.begin(), kMappingRules.end(), finding.rule) == kMappingRules.end()) return directions;
   for (const Argument& argument : finding.arguments) {
     const Value& value = argument.value;
     if (value.type == Value::Type::kObject) {
@@ -351,10 +362,15 @@ Directions DirectionsOf(const Finding& finding) {
   return directions;
 }
 
-/// The first entry that is elsewhere, and the one that moves it.
+/// The first entry that is elsewhere, and the one that moves it. A type that may move it is in the words of the rules.
 void AddShift(Finding& finding, const MappingTable& table) {
-  const auto first =
-      std::find_if(table.rows.begin(), table.rows.end(), [](const MappingRow& row) { return row.shifted; });
+  const bool aborted = std::any_of(table.rows.begin(), table.rows.end(), [](const MappingRow& row) {
+    return row.answer == Answer::kAborted && row.doubtful;
+  });
+  const auto first = std::find_if(table.rows.begin(), table.rows.end(), [&](const MappingRow& row) {
+    const bool maybe = table.as_wanted && aborted && row.doubtful && row.wanted_bit && row.slave_bit;
+    return row.shifted || (maybe && *row.wanted_bit != *row.slave_bit);
+  });
   if (first == table.rows.end()) return;
   const auto wrong = std::find_if(std::make_reverse_iterator(first), table.rows.rend(), [](const MappingRow& row) {
     return row.answer != Answer::kAccepted && row.answer != Answer::kOnlyRead;
@@ -364,7 +380,7 @@ void AddShift(Finding& finding, const MappingTable& table) {
                       {"wanted_place", arg::Text(PlaceText(*first->wanted_bit))},
                       {"outputs", arg::Flag(table.outputs)}};
   if (wrong != table.rows.rend()) arguments.Set("entry", arg::Object(wrong->list, wrong->subindex));
-  finding.Add(kMappingShifted, std::move(arguments));
+  finding.Add(first->shifted ? kMappingShifted : kMappingMayBeShifted, std::move(arguments));
 }
 
 void AddAll(const RuleContext& context, const MappingHistory& history, FindingStore& store) {

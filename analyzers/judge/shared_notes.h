@@ -43,6 +43,12 @@ inline constexpr NoteKind kMappingShifted{"mapping-shifted",
                                           "are shifted: the slave has {shifted} at "
                                           "{slave_place}, the master at {wanted_place}."};
 
+/// ... and the slave may keep an older entry where it aborted one.
+inline constexpr NoteKind kMappingMayBeShifted{
+    "mapping-may-be-shifted",
+    "[{?outputs}The outputs][{!outputs}The inputs] after [{entry}][{!entry}that] may be shifted: if the slave has no "
+    "entry there, it has {shifted} at {slave_place}, and the master at {wanted_place}."};
+
 /// All of them, for documentation and tests.
 inline constexpr const NoteKind* kSharedNotes[] = {&kMissingPacketsMayExplain,
                                                    &kWorkingCounterMissing,
@@ -53,6 +59,7 @@ inline constexpr const NoteKind* kSharedNotes[] = {&kMissingPacketsMayExplain,
                                                    &kParameterSays,
                                                    &kManualStates,
                                                    &kSlaveStates,
-                                                   &kMappingShifted};
+                                                   &kMappingShifted,
+                                                   &kMappingMayBeShifted};
 
 }  // namespace ecaudit

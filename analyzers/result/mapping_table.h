@@ -29,9 +29,11 @@ struct MappingRow {
   std::string slave;                        ///< "accepted", "aborted (0x06040041)", "reads 16 bit"
   std::optional<std::uint32_t> wanted_bit;  ///< first bit in the process data, as the master wants it; absent: none
   std::optional<std::uint32_t> slave_bit;   ///< ... by what the slave accepted
-  bool doubtful = false;  ///< slave_bit rests on the type of an object that the slave let the master map otherwise
-  bool shifted = false;   ///< the master reads or writes it at wanted_bit, and the slave has it at slave_bit
-  FrameNo frame = 0;      ///< of the write; 0: none
+  /// slave_bit rests on an assumption: on the type of an object that the slave let the master map otherwise, or on
+  /// that the slave has no older entry where it aborted one.
+  bool doubtful = false;
+  bool shifted = false;  ///< the master reads or writes it at wanted_bit, and the slave has it at slave_bit
+  FrameNo frame = 0;     ///< of the write; 0: none
 };
 
 struct MappingTable {
@@ -39,6 +41,7 @@ struct MappingTable {
 
   std::uint8_t sync_manager = 0;
   bool outputs = false;
+  bool as_wanted = false;    ///< the sync manager is as long as the master wants: it uses the wanted places
   bool of_each_pdo = false;  ///< the assignment is not known: places count from the start of each PDO
   std::optional<std::uint32_t> wanted_bits;
   std::optional<std::uint32_t> slave_bits;

@@ -57,7 +57,7 @@ std::vector<std::string> MappingLines(const MappingTable& table) {
     const bool placed = row.wanted_bit || row.slave_bit;
     std::string slave_place = placed ? PlaceText(row.slave_bit) : std::string();
     if (row.shifted) slave_place += ", shifted";
-    if (row.doubtful && row.slave_bit != row.wanted_bit) slave_place += "?";
+    if (row.doubtful && row.slave_bit && row.slave_bit != row.wanted_bit) slave_place += "?";
     rows.push_back({ObjectName(row.list, row.subindex), row.wanted.empty() ? "-" : row.wanted, row.slave,
                     placed ? PlaceText(row.wanted_bit) : std::string(), slave_place});
   }

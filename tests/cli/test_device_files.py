@@ -1,7 +1,7 @@
 """--esi and --eni: what they change, and what is said when a file cannot be used. All files here are our own."""
 import unittest
 
-from support import SOURCE, CliTest
+from support import FPRD, FPWR, SOURCE, CliTest, scanned_bus
 
 SAMPLES = SOURCE / "samples" / "captures"
 
@@ -14,6 +14,11 @@ ESI = """<?xml version="1.0"?>
   </Device></Devices></Descriptions>
 </EtherCATInfo>
 """
+
+TEXTS = """<Profile><DiagMessages><DiagMessage><TextId>#x3702</TextId>
+  <MessageText LcId="1033">Short circuit in module %d</MessageText></DiagMessage></DiagMessages></Profile>"""
+
+MAILBOXES = bytes.fromhex("0018800026000100 001c800022000100")
 
 ENI = """<?xml version="1.0"?>
 <EtherCATConfig><Config>
@@ -63,6 +68,20 @@ class DeviceFileOptions(CliTest):
         self.file("none/notes.txt", "")
         self.assertIn("none of its 0 XML files describes a device",
                       self.one_error("check", "--esi", self.dir / "none", self.capture))
+
+    def test_esi_has_the_text_of_a_diagnosis_message(self):
+        bus = scanned_bus()
+        bus.exchange(FPWR, 0x1001, 0x0800, MAILBOXES, MAILBOXES, 1)
+        request = bytes.fromhex("0a000000001300 2040f3100600000000").ljust(128, b"\0")
+        answer = bytes.fromhex("1d000000001300 3041f3100613000000 00e81042 0201 0237" + 8 * "00" + "0500 02").ljust(128, b"\0")
+        bus.exchange(FPWR, 0x1001, 0x1800, request, request, 1)
+        bus.exchange(FPRD, 0x1001, 0x1C00, bytes(128), answer, 1)
+        capture = self.file("history.pcap", bus.pcap())
+        esi = self.file("texts.xml", ESI.replace("</Device>", TEXTS + "</Device>"))
+        for command in ("decode", "events"):
+            self.assertIn("error: Short circuit in module 2 (text ID 0x3702)",
+                          self.run_program(command, "--esi", esi, capture).out)
+            self.assertIn("text ID 0x3702, parameter 2", self.run_program(command, capture).out)
 
     def test_eni_names_the_slave(self):
         slave = self.slave(self.capture, "--eni", self.file("network.xml", ENI.format(vendor=106)))

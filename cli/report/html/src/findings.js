@@ -51,7 +51,7 @@ function mappingDetails(mapping) {
       { title: "Wanted", value: (row) => row.wanted ?? "\u2013" },
       { title: "Slave", value: (row) => row.slave, long: true },
       { title: "Wanted at", value: (row) => place(row.wanted_bit) },
-      { title: "Slave at", value: (row) => `${place(row.slave_bit)}${row.shifted ? ", shifted" : row.doubtful && row.slave_bit !== row.wanted_bit ? "?" : ""}` },
+      { title: "Slave at", value: (row) => `${place(row.slave_bit)}${row.shifted ? ", shifted" : row.doubtful && row.slave_bit !== null && row.slave_bit !== row.wanted_bit ? "?" : ""}` },
       { title: "Frame", value: (row) => row.frame ?? "", num: true },
     ]),
     mapping.entries_left_out > 0 && h("p", { className: "muted" }, `${count(mapping.entries_left_out, "more entry", "more entries")}`));
