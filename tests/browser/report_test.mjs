@@ -728,3 +728,16 @@ test("clocks within the limit get no part of the page", async () => {
     assert.equal(await page.$("#clocks"), null);
   });
 });
+
+test("irregular cycles show their origins as shares, regular ones do not", async () => {
+  await open(report("irregular", path.join(SAMPLES, "irregular-master.pcapng")), async (page) => {
+    const parts = await page.$$eval("#origins li", (all) => all.map((e) => e.textContent));
+    assert.match(parts[0], /^Sending \(master\)100 %, 1403 µs$/);
+    assert.deepEqual(parts.map((p) => p.replace(/\d.*/, "")), ["Sending (master)", "Return (line, slaves, network card)", "Stamps (recorder)"]);
+    const [sending, back] = await page.$$eval("#origins .shares .share", (all) => all.map((e) => e.getBoundingClientRect().width));
+    assert.ok(sending > 20 * back && back >= 2, `${sending} ${back}`);
+  });
+  await open(report("regular", path.join(SAMPLES, "clean-startup.pcapng")), async (page) => {
+    assert.equal(await page.$("#origins"), null);
+  });
+});
