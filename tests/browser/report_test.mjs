@@ -741,3 +741,11 @@ test("irregular cycles show their origins as shares, regular ones do not", async
     assert.equal(await page.$("#origins"), null);
   });
 });
+
+test("the values before a fault are a table with words", async () => {
+  await open(report("before", path.join(SAMPLES, "drive-fault.pcapng")), async (page) => {
+    const cells = await page.$$eval("table.before tr", (all) => all.map((r) => [...r.cells].map((c) => c.textContent)));
+    assert.deepEqual(cells, [["Before it", "In frame 290", "Change in 45.032 ms"], ["Control word", "0x000f Enable operation", ""],
+      ["Status word", "0x0237 Operation enabled", ""], ["Set point (607Ah:0)", "4000", "+4000"]]);
+  });
+});
