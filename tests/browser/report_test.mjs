@@ -749,3 +749,16 @@ test("the values before a fault are a table with words", async () => {
       ["Status word", "0x0237 Operation enabled", ""], ["Set point (607Ah:0)", "4000", "+4000"]]);
   });
 });
+
+test("counting from 1 limits nothing, and the page names the way of counting", async () => {
+  const sample = path.join(SAMPLES, "wkc-link-break.pcapng");
+  await open(report("counted", "--count-from", "1", sample), async (page) => {
+    const text = await page.textContent("#capture");
+    assert.doesNotMatch(text, /Limited by/);
+    assert.match(text, /Slaves counted from1 \(position 0 is slave 1\)/);
+    assert.match(await page.textContent("#slaves"), /Slave 3 \(position 2, 0x1003\)/);
+  });
+  await open(report("counted-one", "--count-from", "1", "--slave", "3", sample), async (page) => {
+    assert.match(await page.textContent("#capture"), /Limited by--count-from 1 --slave 3/);
+  });
+});
