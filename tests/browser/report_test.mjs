@@ -325,7 +325,9 @@ const violations = async (page) => {
 test("axe-core finds no violation, light and dark, wide and narrow", async () => {
   const eni = path.join(ECAUDIT_SOURCE_DIR, "samples", "descriptions", "two-axes.eni.xml");
   const files = [refused(), report("axe-bus", path.join(SAMPLES, "clean-mixed-bus.pcapng")), report("axe-link", path.join(SAMPLES, "link-errors.pcapng")),
-    report("axe-axes", "--eni", eni, path.join(SAMPLES, "latch-misuse.pcapng"))];
+    report("axe-axes", "--eni", eni, path.join(SAMPLES, "latch-misuse.pcapng")),
+    report("axe-fault", path.join(SAMPLES, "drive-fault.pcapng")), report("axe-cycle", path.join(SAMPLES, "irregular-master.pcapng")),
+    report("axe-clocks", clockCapture("axe-clocks.pcap", Array.from({ length: 9 }, (_, i) => falling(100_000 * (i + 1), 0.7))))];
   for (const file of files) {
     for (const colorScheme of ["light", "dark"]) {
       for (const width of [1400, 420]) {
