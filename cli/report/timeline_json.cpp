@@ -198,6 +198,8 @@ void PutSlaveTimeline(JsonObject& out, const AnalysisResult& result, const Slave
   out.Put("sdos_left_out", slave.sdos_left_out);
   PutSeries(out, "phase_us", result, slave.phase_us, Shows::kValues);
   PutSeries(out, "difference_ns", result, slave.difference_ns, Shows::kValues);
+  const FrameRef settled = summary != nullptr && summary->dc ? summary->dc->settled : FrameRef{};
+  out.Put("clock_settled_s", SecondsSince(result.capture.origin, settled));
 }
 
 }  // namespace

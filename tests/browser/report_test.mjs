@@ -325,7 +325,9 @@ const violations = async (page) => {
 test("axe-core finds no violation, light and dark, wide and narrow", async () => {
   const eni = path.join(ECAUDIT_SOURCE_DIR, "samples", "descriptions", "two-axes.eni.xml");
   const files = [refused(), report("axe-bus", path.join(SAMPLES, "clean-mixed-bus.pcapng")), report("axe-link", path.join(SAMPLES, "link-errors.pcapng")),
-    report("axe-axes", "--eni", eni, path.join(SAMPLES, "latch-misuse.pcapng"))];
+    report("axe-axes", "--eni", eni, path.join(SAMPLES, "latch-misuse.pcapng")),
+    report("axe-fault", path.join(SAMPLES, "drive-fault.pcapng")), report("axe-cycle", path.join(SAMPLES, "irregular-master.pcapng")),
+    report("axe-clocks", clockCapture("axe-clocks.pcap", Array.from({ length: 9 }, (_, i) => falling(100_000 * (i + 1), 0.7))))];
   for (const file of files) {
     for (const colorScheme of ["light", "dark"]) {
       for (const width of [1400, 420]) {
@@ -642,5 +644,123 @@ test("a long capture gives a small page that opens at once", async () => {
     assert.ok(Date.now() - start < 20_000);
     assert.match(await page.textContent("#summary"), /149,\d{3}/);
     assert.ok(await page.isVisible("#timing canvas"));
+  });
+});
+
+/// A capture in which a master reads 0x092C of slaves every ms. curves: of each slave the raw values, one a cycle.
+function clockCapture(name, curves) {
+  const records = [];
+  let time = 1_000_000n; // us
+  const frame = (command, address, register, data) => {
+    for (const returned of [false, true]) {
+      const bytes = Buffer.alloc(60);
+      bytes.fill(0xff, 0, 6);
+      bytes.set([returned ? 2 : 0, 1, 2, 3, 4, 5, 0x88, 0xa4], 6);
+      bytes.writeUInt16LE(0x1000 | (12 + data.length), 14);
+      bytes.set([command, (records.length >> 2) & 0xff], 16);
+      // The slave's position counts up on the way.
+      bytes.writeUInt16LE(command === 1 && returned ? (address + curves.length) & 0xffff : address, 18);
+      bytes.writeUInt16LE(register, 20);
+      bytes.writeUInt16LE(data.length, 22);
+      if (returned) bytes.set(data, 26);
+      bytes.writeUInt16LE(returned ? 1 : 0, 26 + data.length);
+      const header = Buffer.alloc(16);
+      header.writeUInt32LE(Number(time / 1_000_000n), 0);
+      header.writeUInt32LE(Number(time % 1_000_000n), 4);
+      header.writeUInt32LE(bytes.length, 8);
+      header.writeUInt32LE(bytes.length, 12);
+      records.push(header, bytes);
+      time += 5n;
+    }
+  };
+  const word = (value, size) => {
+    const data = Buffer.alloc(size);
+    data.writeUIntLE(value, 0, size);
+    return data;
+  };
+  curves.forEach((_, i) => frame(1, -i & 0xffff, 0x0010, word(0x1001 + i, 2)));
+  for (let k = 0; k < curves[0].length; ++k) {
+    curves.forEach((curve, i) => frame(4, 0x1001 + i, 0x092c, word(curve[k], 4)));
+    time += 1000n;
+  }
+  const file = Buffer.alloc(24);
+  file.writeUInt32LE(0xa1b2c3d4, 0);
+  file.writeUInt16LE(2, 4);
+  file.writeUInt16LE(4, 6);
+  file.writeUInt32LE(262144, 16);
+  file.writeUInt32LE(1, 20);
+  writeFileSync(path.join(folder, name), Buffer.concat([file, ...records]));
+  return path.join(folder, name);
+}
+
+const falling = (from, factor, n = 60) => Array.from({ length: n }, (_, k) => Math.floor(from * factor ** k));
+
+test("the clocks: one line a slave, when each locked, and the last of them", async () => {
+  const negative = falling(2_000_000, 0.7).map((v) => v + 2 ** 31);
+  const capture = clockCapture("clocks.pcap", [falling(200_000, 0.5), negative, falling(900_000, 0.8), falling(900_000, 0.8)]);
+  await open(report("clocks", capture), async (page) => {
+    assert.match(await page.textContent("#clocks p"), /^4 clocks exceeded 1 µs, all locked\. The last one was slave 3 at 0\.0\d+ s, frame \d+\.$/);
+    const rows = await page.$$eval("#clocks tbody tr", (all) => all.map((r) => [...r.cells].map((c) => c.textContent)));
+    assert.deepEqual(rows.map((r) => [r[0], r[1]]), [["Slaves 2, 3 (alike)", "900,000 ns"], ["Slave 1", "2,000,000 ns"], ["Slave 0", "200,000 ns"]]);
+    assert.equal((await page.$$("#clocks .legend li")).length, 3);
+    assert.ok(await page.isVisible("#clocks canvas"));
+    // Under the pointer, each line has its value.
+    await (await page.$("#clocks .u-over")).scrollIntoViewIfNeeded();
+    const area = await plotArea(page, "#clocks");
+    await page.mouse.move(area.x + area.width / 2, area.y + area.height / 2);
+    await page.waitForFunction(() => /^[\d,]+ ns( to [\d,]+ ns)?$/.test(document.querySelector("#clocks .legend .value").textContent));
+  });
+});
+
+test("the clocks: one that never locks comes first, and the rest of many is in the table", async () => {
+  const curves = Array.from({ length: 9 }, (_, i) => (i === 4 ? new Array(60).fill(50_000) : falling(100_000 * (i + 1), 0.7)));
+  await open(report("clocks-open", clockCapture("clocks-open.pcap", curves)), async (page) => {
+    assert.match(await page.textContent("#clocks p"), /^9 clocks exceeded 1 µs, 1 did not lock before the capture ends\./);
+    assert.match(await page.textContent("#clocks .legend li"), /^Slave 4not locked, last 50,000 ns$/);
+    assert.equal((await page.$$("#clocks .legend li")).length, 6);
+    assert.match(await page.textContent("#clocks .note"), /^The worst 6 are drawn; 3 more clocks in the table\.$/);
+    assert.equal((await page.$$("#clocks tbody tr")).length, 9);
+  });
+});
+
+test("clocks within the limit get no part of the page", async () => {
+  await open(report("clocks-good", clockCapture("clocks-good.pcap", [falling(900, 0.9), falling(1000, 0.8)])), async (page) => {
+    await page.click("#slave-0 > summary");
+    await page.waitForFunction(() => document.querySelector("#slave-0").textContent.includes("at most 900 ns"));
+    assert.equal(await page.$("#clocks"), null);
+  });
+});
+
+test("irregular cycles show their origins as shares, regular ones do not", async () => {
+  await open(report("irregular", path.join(SAMPLES, "irregular-master.pcapng")), async (page) => {
+    const parts = await page.$$eval("#origins li", (all) => all.map((e) => e.textContent));
+    assert.match(parts[0], /^Sending \(master\)100 %, 1403 µs$/);
+    assert.deepEqual(parts.map((p) => p.replace(/\d.*/, "")), ["Sending (master)", "Return (line, slaves, network card)", "Stamps (recorder)"]);
+    const [sending, back] = await page.$$eval("#origins .shares .share", (all) => all.map((e) => e.getBoundingClientRect().width));
+    assert.ok(sending > 20 * back && back >= 2, `${sending} ${back}`);
+  });
+  await open(report("regular", path.join(SAMPLES, "clean-startup.pcapng")), async (page) => {
+    assert.equal(await page.$("#origins"), null);
+  });
+});
+
+test("the values before a fault are a table with words", async () => {
+  await open(report("before", path.join(SAMPLES, "drive-fault.pcapng")), async (page) => {
+    const cells = await page.$$eval("table.before tr", (all) => all.map((r) => [...r.cells].map((c) => c.textContent)));
+    assert.deepEqual(cells, [["Before it", "In frame 290", "Change in 45.032 ms"], ["Control word", "0x000f Enable operation", ""],
+      ["Status word", "0x0237 Operation enabled", ""], ["Set point (607Ah:0)", "4000", "+4000"]]);
+  });
+});
+
+test("counting from 1 limits nothing, and the page names the way of counting", async () => {
+  const sample = path.join(SAMPLES, "wkc-link-break.pcapng");
+  await open(report("counted", "--count-from", "1", sample), async (page) => {
+    const text = await page.textContent("#capture");
+    assert.doesNotMatch(text, /Limited by/);
+    assert.match(text, /Slaves counted from1 \(position 0 is slave 1\)/);
+    assert.match(await page.textContent("#slaves"), /Slave 3 \(position 2, 0x1003\)/);
+  });
+  await open(report("counted-one", "--count-from", "1", "--slave", "3", sample), async (page) => {
+    assert.match(await page.textContent("#capture"), /Limited by--count-from 1 --slave 3/);
   });
 });

@@ -2,6 +2,7 @@
 import { copyable, facts, h, table } from "./dom.js";
 import { capitalised, count, duration, grouped, hex, seconds, slaveLabel, slaveName, slaveNumber, trim } from "./format.js";
 import { matcher } from "./search.js";
+import { controlMeaning, statusMeaning } from "./states.js";
 
 const HEX_NAMES = /address|word|code|index|status|control|value|activation|register|vendor|product|revision|logical|start/i;
 
@@ -59,6 +60,28 @@ function mappingDetails(mapping) {
 
 const clock = (time) => (time ? ` (${time.slice(11, 23)} UTC)` : "");
 
+/// Command, state, mode, set point and actual value before a fault or a jump, with what the last two did.
+function beforeTable(finding) {
+  const note = finding.notes?.find((n) => n.kind === "before");
+  if (!note) return null;
+  const text = (name) => note.arguments[name]?.text;
+  const word = (name, meaning) => {
+    const words = note.arguments[name] && meaning(note.arguments[name].value);
+    return words ? `${text(name)} ${words}` : text(name);
+  };
+  const named = (words, object) => (object ? `${words} (${object})` : words);
+  const rows = [
+    ["Control word", word("control", controlMeaning)], ["Status word", word("status", statusMeaning)], ["Mode", text("mode")],
+    [named("Set point", text("target_object")), text("target"), text("target_change")],
+    [named("Actual value", text("actual_object")), text("actual"), text("actual_change")],
+  ].filter(([, value]) => value !== undefined);
+  return table(rows, [
+    { title: "Before it", value: ([name]) => name },
+    { title: `In ${text("at")}`, value: ([, value]) => value },
+    { title: text("span") ? `Change in ${text("span")}` : "Change", value: ([, , change]) => change ?? "" },
+  ], null, "before");
+}
+
 function findingCard(capture, finding, depth, rules, showInTime) {
   const slave = capture.slaves.find((s) => s.position === finding.slave);
   const where = finding.slave === null ? "Bus" : slave ? slaveLabel(slave) : capitalised(slaveName(capture, finding.slave));
@@ -81,6 +104,7 @@ function findingCard(capture, finding, depth, rules, showInTime) {
       finding.confidence === "inferred" && h("span", { title: "Rests on an assumption, which the text names" }, "inferred"),
       h("span", { className: "mono" }, finding.rule)),
     h("p", { className: "text" }, finding.message),
+    beforeTable(finding),
     Object.keys(finding.evidence).length > 0 &&
       facts(Object.entries(finding.evidence).map(([name, value]) => [name.replaceAll("_", " "), evidenceText(name, value)]), "evidence"),
     (finding.mapping ?? []).map(mappingDetails),

@@ -1,4 +1,5 @@
 // Puts the report into the page.
+import { clocksPanel } from "./clocks.js";
 import { h, table } from "./dom.js";
 import { fileName, grouped, positionText, slaveNumber } from "./format.js";
 import { findingsPanel, notJudgedPanel } from "./findings.js";
@@ -82,6 +83,7 @@ function capturePage(index) {
     ["findings", "Findings", judged && (capture.slaves.length || page.order.length) ? findingsPanel(capture, page, data.rules ?? {}, lanes?.show) : null],
     ["topology", "Topology", topologyPanel(capture)],
     ["timing", "Cycle", timingPanel(capture, page, axis)],
+    ["clocks", "Clocks", clocksPanel(capture, page, axis)],
     ["slaves", "Slaves", slavesPart(capture, page, axis)],
     ["not-judged", "Not evaluated", judged && (capture.slaves.length || capture.not_evaluable.length) ? notJudgedPanel(capture) : null],
     ["capture", "Capture", capturePanel(capture, report)],

@@ -65,3 +65,17 @@ export function driveSegments(slave, end) {
   const cut = slave.drive?.history_left_out > 0 && steps.length ? steps[steps.length - 1].time_s : end;
   return segments(steps, cut, (s) => ({ label: s.to ?? "unknown", color: driveColor(s.to ?? "") }));
 }
+
+const STATUS_WORDS = [
+  [0x4f, 0x00, "Not ready to switch on"], [0x4f, 0x40, "Switch on disabled"], [0x6f, 0x21, "Ready to switch on"],
+  [0x6f, 0x23, "Switched on"], [0x6f, 0x27, "Operation enabled"], [0x6f, 0x07, "Quick stop active"],
+  [0x4f, 0x0f, "Fault reaction active"], [0x4f, 0x08, "Fault"],
+];
+const CONTROL_WORDS = [
+  [0x82, 0x00, "Disable voltage"], [0x86, 0x02, "Quick stop"], [0x87, 0x06, "Shutdown"], [0x8f, 0x07, "Switch on"],
+  [0x8f, 0x0f, "Enable operation"],
+];
+const meaning = (list, word) => list.find(([mask, bits]) => (word & mask) === bits)?.[2] ?? null;
+/// CiA 402: the state in a status word, the command in a control word; null where the bits name none.
+export const statusMeaning = (word) => meaning(STATUS_WORDS, word);
+export const controlMeaning = (word) => meaning(CONTROL_WORDS, word);

@@ -86,7 +86,9 @@ function limits(settings) {
   const range = settings.range ?? {};
   const given = (option, value) => (value === null || value === undefined ? [] : [`${option} ${value}`]);
   const frame = (number) => (number === null || number === undefined ? null : `#${number}`);
-  return [...given("--count-from", settings.count_from), ...(settings.slaves ?? []).map((s) => `--slave ${s}`), ...given("--from", range.from_s),
+  // How slaves are counted limits nothing, but the numbers after --slave need it.
+  const counted = settings.slaves?.length ? given("--count-from", settings.count_from) : [];
+  return [...counted, ...(settings.slaves ?? []).map((s) => `--slave ${s}`), ...given("--from", range.from_s),
     ...given("--from", frame(range.from_frame)), ...given("--to", range.to_s), ...given("--to", frame(range.to_frame))].join(" ");
 }
 
@@ -119,6 +121,7 @@ export function capturePanel(capture, report) {
       ["Malformed", c.malformed_frames || null], ["Cut", c.cut_frames || null],
       ["Time stamps", c.timestamp_resolution_ns ? `in steps of ${duration(c.timestamp_resolution_ns / 1e6)}` : "none"],
       ["Limited by", limits(capture.settings)],
+      ["Slaves counted from", capture.settings.count_from ? `${capture.settings.count_from} (position 0 is slave ${capture.settings.count_from})` : null],
       ["Settings", capture.settings.config], ["Baseline", capture.settings.baseline],
     ], "evidence"),
     h("h3", null, "How well the models foretold it"),

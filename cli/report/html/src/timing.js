@@ -4,6 +4,34 @@ import { facts, h } from "./dom.js";
 import { duration, grouped, trim } from "./format.js";
 import { histogramChart, seriesChart } from "./plots.js";
 
+const REGULAR = 0.01; // of the cycle, as in the text report: below it there is nothing to explain
+
+/// Who makes the cycles irregular, as a bar of shares with its words; null where cycles are regular.
+export function originsFigure(cycle) {
+  const { origins } = cycle;
+  if (!origins) return null;
+  const parts = [
+    ["Sending (master)", origins.master, "o1"],
+    ["Return (line, slaves, network card)", origins.return, "o2"],
+    ["Stamps (recorder)", origins.recorder, "o3"],
+  ].filter(([, part]) => part);
+  if (Math.hypot(...parts.map(([, part]) => part.width_us)) < REGULAR * cycle.median_us) return null;
+  const text = (part) => `${trim(part.share, 1)} %, ${trim(part.width_us, 1)} \u00b5s`;
+  const bar = h("div", { className: "shares", role: "img", "aria-label": parts.map(([name, part]) => `${name} ${text(part)}`).join("; ") },
+    parts.filter(([, part]) => part.share > 0).map(([, part, color]) => {
+      const piece = h("i", { className: `share ${color}` });
+      piece.style.flexGrow = String(part.share); // by script: the policy of the page forbids style attributes
+      return piece;
+    }));
+  return h("figure", { className: "chart", id: "origins" },
+    h("figcaption", null, h("b", null, "Where irregular cycles come from"), h("span", { className: "value" }, "share; width that holds 98 of 100 values")),
+    bar,
+    h("ul", { className: "legend picked" }, parts.map(([name, part, color]) =>
+      h("li", null, h("i", { className: `swatch share ${color}` }), h("span", null, name), h("span", { className: "value" }, text(part))))),
+    h("p", { className: "note" }, `Round trip: median ${trim(origins.round_trip_us, 1)} \u00b5s, longest ${trim(origins.longest_round_trip_us, 1)} \u00b5s.` +
+      (origins.recorder ? "" : " Sending includes the error of the recorder's stamps: the frames carry no DC time.")));
+}
+
 export function timingPanel(capture, page, axis) {
   const cycle = capture.bus.cycle;
   if (!cycle.cycles) return null;
@@ -24,6 +52,7 @@ export function timingPanel(capture, page, axis) {
       ["Longest", cycle.longest_from_frame ? `frames ${grouped(cycle.longest_from_frame)} to ${grouped(cycle.longest_to_frame)}` : null],
       ["Measured at", cycle.command ? `${cycle.command} 0x${(cycle.logical_address ?? 0).toString(16).padStart(8, "0")}` : null],
     ], "evidence"),
+    originsFigure(cycle),
     h("div", { className: series ? "pair" : null },
       series && seriesChart(axis, { title: "Time between process data", unit: "\u00b5s", series, close: spread(page.timeline.cycle_close) }),
       histogram));
