@@ -85,22 +85,6 @@ Sample AnsweredAndRepeated() {
   return story.Finish();
 }
 
-Sample AnswerAfterTimeOut() {
-  Story story;
-  DriveInPreop(story);
-  ScriptedMaster& master = story.master;
-  master.LoseNext(1);
-  const Answer answer = master.Fprd(master.station(0), reg::kDlStatus, 2);
-  // The answer to the frame that was given up comes after all, behind that of the second one.
-  Bytes back = story.capture.bytes(*answer.frame.returned);
-  story.capture.Raw(std::move(back), master.now() + 4'000, true);
-  master.Wait(2 * kMs);
-  master.Upload(0, 0x1018, 1);
-  master.ShutDown();
-  story.Expect("frame-repeated", -1, "the answer came after the time-out of 2 ms");
-  return story.Finish();
-}
-
 Sample SwappedHeader() {
   Story story;
   DriveInPreop(story);

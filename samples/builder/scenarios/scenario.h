@@ -169,7 +169,6 @@ Sample EepromChecksum();
 Sample EepromAlias();
 // blame.cpp
 Sample AnsweredAndRepeated();
-Sample AnswerAfterTimeOut();
 Sample SwappedHeader();
 Sample SwitchOnTheBus();
 Sample IrregularMaster();

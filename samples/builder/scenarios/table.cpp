@@ -119,8 +119,6 @@ constexpr Scenario kScenarios[] = {
     // --- who causes it: master, cable, slave or recorder
     {"answered-and-repeated", "A frame is answered after 18 us, and the master sends it five times more.",
      "The computer of the master loses answers.", AnsweredAndRepeated},
-    {"answer-after-time-out", "A frame is answered only after the time-out of the master.", "The late answer.",
-     AnswerAfterTimeOut},
     {"swapped-header", "A master of the other byte order swaps EtherCAT header and lengths.",
      "The byte order, as one finding.", SwappedHeader},
     {"switch-on-the-bus", "Another sender sends spanning tree between master and drive.", "The switch, as an info.",
