@@ -15,10 +15,6 @@ constexpr std::uint8_t kIpProtocolUdp = 17;
 constexpr std::size_t kEslBytes = 16;
 constexpr std::size_t kMaxOffset = 0xFFFF;  ///< datagrams are kept by 16-bit offsets; no real frame comes near
 
-bool IsVlanTag(std::uint16_t ethertype) {
-  return ethertype == 0x8100 || ethertype == 0x88A8 || ethertype == 0x9100;
-}
-
 std::uint64_t Mac(ByteSpan bytes, std::size_t offset) {
   return static_cast<std::uint64_t>(BigEndian<std::uint16_t>(bytes, offset)) << 32U |
          BigEndian<std::uint32_t>(bytes, offset + 2);

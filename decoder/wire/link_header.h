@@ -10,6 +10,11 @@
 
 namespace ecaudit::wire {
 
+/// 802.1Q, 802.1ad and the older number of the latter: a tag of 4 bytes, then another type.
+[[nodiscard]] constexpr bool IsVlanTag(std::uint16_t ethertype) {
+  return ethertype == 0x8100 || ethertype == 0x88A8 || ethertype == 0x9100;
+}
+
 /// Offsets in the packet. A record of a probe before an Ethernet header is not counted.
 struct LinkHeader {
   std::optional<std::size_t> destination;  ///< MAC address of the receiver

@@ -50,6 +50,8 @@ struct KnownCase {
   std::string_view why;
 };
 constexpr KnownCase kKnown[] = {
+    {"refusal-never-acknowledged.pcapng", "al-error-standing",
+     "the request that was refused is gone: the error that stands is reported, not the refusal"},
     {"two-slaves-one-refuses.pcapng", "al-error-standing",
      "around the request three packets are gone: what stands behind the hole is told, not the refusal"},
     {"unexpected-error-unread.pcapng", "al-refused",
