@@ -6,28 +6,9 @@
 namespace ecaudit::samples {
 namespace {
 
-constexpr std::size_t kEthernetHeader = 14;
-constexpr std::size_t kEtherCatHeader = 2;
-constexpr std::size_t kDatagramHeader = 10;
-constexpr std::size_t kWorkingCounterBytes = 2;
-constexpr std::uint16_t kLengthBits = 0x07FF;
-
 /// Changes the bytes of all packets recorded since `from`.
 void ForEachPacket(Story& story, PacketId from, const std::function<void(Bytes&)>& change) {
   for (PacketId id = from; id < story.capture.recorded(); ++id) change(story.capture.bytes(id));
-}
-
-/// Header and lengths have their bytes swapped, as a computer of the other byte order writes them.
-void SwapHeaderBytes(Bytes& packet) {
-  std::size_t at = kEthernetHeader + kEtherCatHeader;
-  bool more = true;
-  while (more && at + kDatagramHeader <= packet.size()) {
-    const auto length = LoadLe<std::uint16_t>(packet, at + 6);
-    std::swap(packet[at + 6], packet[at + 7]);
-    more = (length & 0x8000U) != 0;
-    at += kDatagramHeader + (length & kLengthBits) + kWorkingCounterBytes;
-  }
-  std::swap(packet[kEthernetHeader], packet[kEthernetHeader + 1]);
 }
 
 /// The frame check sequence of Ethernet behind the packet.
@@ -39,14 +20,6 @@ void AppendCheckSequence(Bytes& packet) {
   }
   crc = ~crc;
   for (unsigned i = 0; i < 4; ++i) packet.push_back(static_cast<std::uint8_t>(crc >> 8U * i & 0xFFU));
-}
-
-/// The packets of a frame once more, `later`.
-void RecordAgain(Story& story, const FrameIds& frame, TimeNs sent, TimeNs round_trip) {
-  const Bytes out = story.capture.bytes(*frame.sent);
-  const Bytes back = story.capture.bytes(*frame.returned);
-  story.capture.Raw(out, sent);
-  story.capture.Raw(back, sent + round_trip, true);
 }
 
 void DriveInPreop(Story& story) {
@@ -68,30 +41,6 @@ void DriveEnabled(Story& story) {
 }
 
 }  // namespace
-
-Sample AnsweredAndRepeated() {
-  Story story;
-  DriveInPreop(story);
-  ScriptedMaster& master = story.master;
-  const Answer answer = master.Fprd(master.station(0), reg::kDlStatus, 2);
-  for (int i = 0; i < 5; ++i) {
-    master.Wait(2 * kMs);
-    RecordAgain(story, answer.frame, master.now(), 18'000);
-  }
-  master.Wait(2 * kMs);
-  master.Upload(0, 0x1018, 1);
-  master.ShutDown();
-  story.Expect("frame-repeated", -1, answer.frame, "answered after microseconds, and sent five times more").Times(5);
-  return story.Finish();
-}
-
-Sample SwappedHeader() {
-  Story story;
-  DriveInPreop(story);
-  ForEachPacket(story, 0, SwapHeaderBytes);
-  story.Expect("frame-malformed", -1, "header and lengths in the wrong byte order");
-  return story.Finish();
-}
 
 Sample SwitchOnTheBus() {
   Story story;

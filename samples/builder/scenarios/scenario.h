@@ -168,8 +168,6 @@ Sample ReadOnlyWrite();
 Sample EepromChecksum();
 Sample EepromAlias();
 // blame.cpp
-Sample AnsweredAndRepeated();
-Sample SwappedHeader();
 Sample SwitchOnTheBus();
 Sample IrregularMaster();
 Sample CheckSequences();

@@ -117,10 +117,6 @@ constexpr Scenario kScenarios[] = {
     {"circulating", "Six frames come back with the circulating bit set.", "Circulating frames, one finding.",
      Circulating},
     // --- who causes it: master, cable, slave or recorder
-    {"answered-and-repeated", "A frame is answered after 18 us, and the master sends it five times more.",
-     "The computer of the master loses answers.", AnsweredAndRepeated},
-    {"swapped-header", "A master of the other byte order swaps EtherCAT header and lengths.",
-     "The byte order, as one finding.", SwappedHeader},
     {"switch-on-the-bus", "Another sender sends spanning tree between master and drive.", "The switch, as an info.",
      SwitchOnTheBus},
     {"irregular-master", "SYNC0 every 1 ms; frames 0.3 ms early and late, then 0.7 ms late.",
