@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "decoder/base/event_sink.h"
+#include "decoder/bus/transaction.h"
 #include "decoder/track/addressing.h"
 #include "decoder/track/datagram_pair.h"
 #include "decoder/track/events.h"
@@ -25,7 +26,7 @@ class CaptureGaps {
       : events_(events), addressing_(addressing), states_(states), mailboxes_(mailboxes) {}
 
   /// @param frame the first after the capture gap
-  void OnGap(const FrameRef& frame, bool certain);
+  void OnGap(const FrameRef& frame, bus::GapBefore gap);
   /// Another recording begins: in between anything may have happened, for any time.
   void OnOtherRecording(const FrameRef& frame);
   /// The capture shows whether what is presumed of this slave still holds.

@@ -66,6 +66,7 @@ std::string Difference(const Verdict& before, const Verdict& after, Keeps keeps)
     if (keeps == Keeps::kSaid && found == after.findings.end() && after.not_evaluable.contains(std::get<0>(key))) {
       continue;
     }
+    if (keeps == Keeps::kRules && found != after.findings.end()) continue;
     if (found == after.findings.end() || found->second != count)
       line(key, count, found == after.findings.end() ? 0 : found->second);
   }

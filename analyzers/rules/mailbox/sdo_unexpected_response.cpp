@@ -1,3 +1,4 @@
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/deferred_findings.h"
@@ -93,6 +94,8 @@ class SdoUnexpectedResponse final : public Rule {
   void On(const mailbox::MailboxMessage& m) {
     const bool lost = m.certainty == Certainty::kUnknown;
     if (lost && m.direction == mailbox::Direction::kOut) deferred_.Lost(m.slave, m.frame().number);
+    if (m.slave >= last_message_.size()) last_message_.resize(static_cast<std::size_t>(m.slave) + 1);
+    last_message_[m.slave].Take(m.frame().number);
   }
 
   void On(const mailbox::MailboxUnanswered& e) {
@@ -102,7 +105,9 @@ class SdoUnexpectedResponse final : public Rule {
   }
 
   void On(const mailbox::SdoUnexpected& e) {
-    if (e.request.seen() && context().network().MayMissBetween(e.request.number, e.response.number)) {
+    // Without a request in the capture, the capture may miss it since the message before.
+    const FrameNo since = e.request.seen() ? e.request.number : MessageBefore(e.slave, e.response.number);
+    if (context().network().MayMissBetween(since, e.response.number)) {
       NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kHistory, e.response.number);
       return;
     }
@@ -168,7 +173,25 @@ class SdoUnexpectedResponse final : public Rule {
     return last.index == e.index && last.subindex == e.subindex ? &last : nullptr;
   }
 
+  /// Frames of the last two messages of a slave.
+  struct LastMessages {
+    FrameNo last = 0;
+    FrameNo before = 0;
+
+    void Take(FrameNo frame) {
+      if (frame != last) before = std::exchange(last, frame);
+    }
+  };
+
+  /// 0: none.
+  [[nodiscard]] FrameNo MessageBefore(SlaveId slave, FrameNo response) const {
+    if (slave >= last_message_.size()) return 0;
+    const LastMessages& messages = last_message_[slave];
+    return messages.last < response ? messages.last : messages.before;
+  }
+
   std::vector<mailbox::RequestSummary> given_up_;  // the last one of each slave
+  std::vector<LastMessages> last_message_;         // likewise
   DeferredFindings deferred_;
 };
 

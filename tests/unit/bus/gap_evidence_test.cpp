@@ -11,6 +11,7 @@ TEST(GapEvidence, IndicesAndRepetitionsRowByRow) {
   ExpectRows<F, V>(kGapByIndex, {
                                     {{F::kNext, F::kTimed}, V::kAskTime},
                                     {{F::kSkips, F::kTimed}, V::kNone},
+                                    {{F::kSkips, F::kTimed, F::kWhole, F::kTimeForSkipped}, V::kMaySkip},
                                     {{F::kSkips, F::kTimed, F::kAnyInFlight}, V::kIndicesSkip},
                                     {{F::kOrphan, F::kTimed}, V::kCopyMissing},
                                     {{F::kSentAgain, F::kTimeForRound}, V::kNone},
@@ -27,6 +28,10 @@ TEST(GapEvidence, SkippedIndicesAreNoGapOnlyIfAllSpeaksAgainstIt) {
   using F = IndexFact;
   for (const F fact : {F::kOrphan, F::kAnyInFlight, F::kTimeForSkipped}) {
     EXPECT_EQ(Decide(kGapByIndex, Facts<F>{F::kSkips, fact}), GapVerdict::kIndicesSkip);
+  }
+  for (const F fact : {F::kOrphan, F::kAnyInFlight, F::kLongPause}) {
+    EXPECT_EQ(Decide(kGapByIndex, Facts<F>{F::kSkips, F::kTimed, F::kWhole, F::kTimeForSkipped, fact}),
+              GapVerdict::kIndicesSkip);
   }
 }
 
