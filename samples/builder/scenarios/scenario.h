@@ -173,6 +173,9 @@ Sample IrregularMaster();
 Sample CheckSequences();
 Sample EightLostThenFault();
 Sample SdoStopsProcessData();
+Sample NumbersLeftOut();
+Sample ReferenceClockWritten();
+Sample PortsSwapped();
 // pdo.cpp
 Sample PdoAssignOrder();
 Sample PdoUnsupported();
