@@ -22,15 +22,17 @@ namespace {
 constexpr FindingKind kProcessData{
     .name = "process-data",
     .title = R"({command} working counter {working_counter} instead of [{!expected_most}at least
-{expected_least}][[{?as_range}{expected_least} to ]{expected_most}])",
+{expected_least}][[{?as_range}{expected_least} to ]{expected_most}][{!missing}[{?no_inputs}: one slave delivers no
+inputs]])",
     .message = R"({command} of {length} at logical address {logical_address} returned in {frame} with
 working counter {working_counter}. Expected [{!expected_most}at least {expected_least}][[{?as_range}{expected_least} to
 ]{expected_most}][, by the FMMUs of the slaves: {shares}].[{!shares} No slave has an FMMU for this address.])",
     .next = R"([{?outputs_of}Check the AL status of {outputs_of} and the sync manager of its
 outputs[ (SM{sync_manager})].][{?inputs_of}Check the AL status of {inputs_of} and the sync manager of its
 inputs[ (SM{sync_manager})].][{!outputs_of}[{!inputs_of}[{?missing}Check AL status, power and cable of
-{missing}.][{!missing}[{?more_counted}Check which slaves have FMMUs for this address.][{!more_counted}Check AL status and
-power of the slaves.]]]])",
+{missing}.][{!missing}[{?more_counted}Check which slaves have FMMUs for this address.][{!more_counted}[{?no_inputs}Find
+the slave whose inputs never change, and check that its application (processor) runs.][{!no_inputs}Check AL status and
+power of the slaves.]]]]])",
     .identity = "command"};
 constexpr FindingKind kDropped{
     .name = "process-data-dropped",
@@ -86,7 +88,8 @@ constexpr NoteKind kInputsMissing{.name = "inputs-missing",
                                   .text = "The inputs of {slave} are missing: it does not deliver them."};
 constexpr NoteKind kShareMissing{.name = "share-missing", .text = "The share of {slave} is missing."};
 constexpr NoteKind kSeveralFit{.name = "several-fit",
-                               .text = "The difference of {difference} fits the shares of several slaves."};
+                               .text = R"(The difference of {difference} fits the shares of several
+slaves.[{?inputs} One is what a slave counts for its inputs. It does not count while its application has written none.])"};
 constexpr NoteKind kFitsSlaveThatLeftState{
     .name = "fits-slave-that-left-state",
     .text = "The difference of {difference} fits the share of {slave}, which left its AL state."};
@@ -227,6 +230,9 @@ class WkcMismatch final : public Rule {
     }
     const FindingIndex index = Report(key, std::move(finding));
     AddSubject(index, expected, e, range.most);
+    if (index != kNoFinding && all_known && AreInputs(e, range.most - e.wkc)) {
+      context().store[index].Set("no_inputs", arg::Flag());
+    }
     for (Episode& episode : episodes_) {
       if (episode.key != key) continue;
       episode.finding = index;
@@ -873,12 +879,21 @@ class WkcMismatch final : public Rule {
     return found;
   }
 
+  /// One is what a slave counts for inputs; for outputs it counts two.
+  static bool AreInputs(const track::LogicalAccess& e, int missing) {
+    return e.command == wire::Command::LRW && missing == 1;
+  }
+
   [[nodiscard]] Note HintOf(const model::LogicalExpectation& expected, const track::LogicalAccess& e,
                             const model::CounterRange& range) const {
     if (e.wkc > range.most) return {&kMoreCounted, {}};
     const int missing = range.most - e.wkc;
     const SlaveId one = OnlyCandidate(expected, e, range);
-    if (one == kNoSlave) return {&kSeveralFit, {{"difference", arg::Number(missing)}}};
+    if (one == kNoSlave) {
+      Note note{&kSeveralFit, {{"difference", arg::Number(missing)}}};
+      if (AreInputs(e, missing)) note.arguments.Set("inputs", arg::Flag());
+      return note;
+    }
     for (const model::LogicalShare& share : expected.shares) {
       if (share.slave != one || model::WorthOf(share, e.command) == missing) continue;
       Note note{missing == 2 ? &kOutputsMissing : &kInputsMissing, {{"slave", SlaveValue(one)}}};
