@@ -210,7 +210,7 @@ class WkcNeverRight final : public Rule {
     return witness_.has_value();
   }
 
-  /// Where the FMMUs are not known, which names the slave; else a finding of it, or of wkc-mismatch, has said it.
+  /// Where the FMMUs are not known, which names the slave; else a finding of it, or of wkc-mismatch, reports it.
   void EvaluateBus() {
     if (counted_ || !slaves_.empty() || none_.count < kLeast || !witness_ || !Exchanges(*witness_)) return;
     if (!none_.first.has_time || !none_.last.has_time || Elapsed(none_.first.time, none_.last.time) < kLong) return;

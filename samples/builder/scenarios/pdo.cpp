@@ -290,18 +290,22 @@ Sample FmmuOnMailbox() {
 
 Sample PdoMappingShifted() {
   Story story;
-  InPreop(story, PowerSupply());
+  SimulatedSlave& drive = story.Add(PowerSupply());
+  drive.Override({.from = 2, .to = 4, .action = AlOverride::Action::kRefuse, .code = 0x001E, .times = 1});
+  story.master.Scan();
+  story.master.BringToPreop();
   Map(story, 0x1600, {0x30000010});
-  // 1018h:1 is aborted; the next object takes its subindex, and all behind it lie where others were wanted.
   story.master.Download(0, 0x1A00, 0, {0});
-  story.master.Download(0, 0x1A00, 1, LeBytes(std::uint32_t{0x30090008}));
-  const SdoAnswer aborted = story.master.Download(0, 0x1A00, 2, LeBytes(std::uint32_t{0x10180120}));
-  story.Expect("pdo-not-mappable", 0, aborted.request, "1018h:1, the vendor ID, cannot be mapped");
-  story.Expect("sdo-abort", 0, aborted.response, "the drive aborts with 0x06040041").Optional();
-  story.master.Download(0, 0x1A00, 2, LeBytes(std::uint32_t{0x61000110}));
-  story.master.Download(0, 0x1A00, 3, LeBytes(std::uint32_t{0x20020108}));
-  story.master.Download(0, 0x1A00, 0, {3});
+  const SdoAnswer shorter = story.master.Download(0, 0x1A00, 1, LeBytes(std::uint32_t{0x61000108}));
+  story.Expect("pdo-not-mappable", 0, shorter.request, "6100h:1 has 16 bits, the master maps 8");
+  story.master.Download(0, 0x1A00, 2, LeBytes(std::uint32_t{0x30090008}));
+  story.master.Download(0, 0x1A00, 0, {2});
   Assign(story, kRxAssignment, 0x1600);
+  Assign(story, kTxAssignment, 0x1A00);
+  const AlAnswer refused = RefusedInSafeop(story, 2);
+  story.Expect("al-refused", 0, refused.status_read, "AL status 0x0012, code 0x001E");
+  story.Expect("al-undocumented-status-code", 0, refused.status_read, "0x001E is not in the manual's list").Optional();
+  Map(story, 0x1A00, {0x61000110, 0x30090008, 0x20020108});
   Assign(story, kTxAssignment, 0x1A00);
   FinishWell(story);
   return story.Finish();

@@ -190,8 +190,8 @@ constexpr Scenario kScenarios[] = {
     {"fmmu-on-mailbox", "The FMMU of the inputs reads the mailbox of the drive.", "The FMMU on the mailbox.",
      FmmuOnMailbox},
     {"pdo-mapping-shifted",
-     "The second of three objects to map is aborted; the others take its place, and lie elsewhere than wanted.",
-     "The object that cannot be mapped, with the layout that results.", PdoMappingShifted},
+     "The master maps 8 bits of an object with 16, so what follows it is shifted; the device refuses SAFEOP.",
+     "The wrong entry, with the layout that results, and the refusal.", PdoMappingShifted},
     // --- drives
     {"drive-fault", "An enabled drive goes to Fault and sends an emergency; the master resets and enables it again.",
      "The fault, and the emergency that explains it.", DriveFault},
