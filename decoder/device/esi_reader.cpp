@@ -152,6 +152,8 @@ class EsiParser {
         while (xml_.NextChild()) {
           if (xml_.name() == "Dictionary") {
             ReadDictionary(dictionary, &by_slot);
+          } else if (xml_.name() == "DiagMessages") {
+            ReadDiagnosisTexts(module.diagnosis_texts);
           } else {
             xml_.Skip();
           }

@@ -586,6 +586,178 @@ class EsiRequirements(StartupTest):
         self.assertEqual([(d["kind"], d["status"]) for d in demands], [("init-command", "differs")])
 
 
+def fmmu(start, kind, active=1, length=6):
+    return struct.pack("<IHBBHBBBBH", 0x10000, length, 0, 7, start, 0, kind, active, 0, 0)
+
+
+class EsiBus(StartupBus):
+    """Does all that EsiOfEachKind.ESI requires, but for what a test changes. Each write is (register, bytes)."""
+
+    MAILBOX = (struct.pack("<HHBBBB", 0x1000, 16, 0x26, 0, 1, 0), struct.pack("<HHBBBB", 0x1400, 16, 0x22, 0, 1, 0))
+    OUTPUTS = struct.pack("<HHBBBB", 0x1800, 6, 0x64, 0, 1, 0)
+    INPUTS = struct.pack("<HHBBBB", 0x1C00, 6, 0x20, 0, 1, 0)
+    GOOD = {"sm0": (0x0800, MAILBOX[0]), "sm1": (0x0808, MAILBOX[1]), "sm2": (0x0810, OUTPUTS),
+            "sm3": (0x0818, INPUTS), "out": (0x0600, fmmu(0x1800, 2)), "in": (0x0610, fmmu(0x1C00, 1)),
+            "divider": (0x0400, b"\xe8\x03"), "watchdog": (0x0420, b"\xd0\x07"), "sync": (0x0980, b"\0\x03"),
+            "module": 0x11, "so": 1}
+
+    def run(self, waits=None, last=8, **changes):
+        """waits: seconds until the master gives up OP, which the slave does not reach."""
+        do = {**self.GOOD, **changes}
+        self.exchange(BWR, 0, 0x0101, b"\0", b"\0", 1)
+        self.exchange(APWR, 0, 0x0010, b"\x01\x10", b"\x01\x10", 1)
+        self.read(0x0130, bytes([1, 0]))
+        self.writes(do, "sm0", "sm1")
+        self.state(2)
+        if do["module"] is not None:
+            self.download(0xF030, 1, 0x10000 | do["module"])
+        self.writes(do, "sm2", "sm3", "out", "in", "divider", "watchdog", "sync")
+        if last >= 4:
+            self.state(4)
+        if do["so"] is not None:
+            self.download(0x2010, 1, do["so"])
+        if last >= 8:
+            self.state(8, 4 if waits else None)
+        for _ in range(5):
+            self.time_ns += int((waits or 0) * 0.2e9)
+            self.read(0x0130, bytes([4 if waits else last, 0]))
+        if waits:
+            self.write(0x0120, bytes([4, 0]))
+            self.read(0x0130, bytes([4, 0]))
+        return self
+
+    def writes(self, do, *names):
+        for name in names:
+            if do[name] is not None:
+                self.write(*do[name])
+
+
+class EsiOfEachKind(StartupTest):
+    # Written by hand after ETG.2000.
+    ESI = """<EtherCATInfo><Vendor><Id>106</Id><Name>Acme</Name></Vendor><Descriptions><Devices><Device Physics="YY">
+      <Type ProductCode="#x5E42" RevisionNo="1">AS</Type><Name>AS</Name>
+      <Info><StateMachine><Timeout><PreopTimeout>2000</PreopTimeout><SafeopOpTimeout>9000</SafeopOpTimeout></Timeout>
+      </StateMachine></Info>
+      <Fmmu>Outputs</Fmmu><Fmmu>Inputs</Fmmu>
+      <Sm StartAddress="#x1000" ControlByte="#x26" DefaultSize="16" Enable="1">MBoxOut</Sm>
+      <Sm StartAddress="#x1400" ControlByte="#x22" DefaultSize="16" Enable="1">MBoxIn</Sm>
+      <Sm StartAddress="#x1800" ControlByte="#x64" DefaultSize="6" Enable="1">Outputs</Sm>
+      <Sm StartAddress="#x1C00" ControlByte="#x20" DefaultSize="6" Enable="1">Inputs</Sm>
+      <Mailbox><CoE><InitCmd><Transition>SO</Transition><Index>#x2010</Index><SubIndex>1</SubIndex><Data>01</Data>
+      </InitCmd></CoE></Mailbox>
+      <Dc><OpMode><Name>DC</Name><AssignActivate>#x300</AssignActivate></OpMode></Dc>
+      <Slots DownloadModuleIdentList="1"/>
+      <ESC><Reg0400>1000</Reg0400><Reg0420>2000</Reg0420></ESC></Device></Devices>
+      <Modules><Module><Type ModuleIdent="#x10011">M</Type></Module></Modules></Descriptions></EtherCATInfo>"""
+
+    def demands(self, **changes):
+        """Of a start-up: what is not met, as (kind, status, what the capture shows)."""
+        path = self.file("device.esi.xml", self.ESI)
+        capture = self.file("esi.pcap", EsiBus().run(**changes).pcap())
+        done = self.run_program("startup", "--expect", path, "--format", "json", capture)
+        document = json.loads(done.out)
+        validate(document, SCHEMA)
+        rows = document["reports"][0]["slaves"][0]["esi_demands"]
+        unmet = [(d["kind"], d["status"], d["seen"]) for d in rows if d["status"] in ("missing", "differs")]
+        self.assertEqual(done.returncode, 1 if unmet else 0, done.err)
+        self.assertEqual(len(rows), 14)
+        return unmet
+
+    def test_all_met(self):
+        self.assertEqual(self.demands(), [])
+
+    def test_mailbox_sync_managers(self):
+        other = struct.pack("<HHBBBB", 0x1000, 16, 0x36, 0, 1, 0)
+        self.assertEqual(self.demands(sm0=(0x0800, other)),
+                         [("sync-manager", "differs", "start 0x1000, length 16, control 0x36")])
+        self.assertEqual(self.demands(sm1=None), [("sync-manager", "missing", None)])
+        # The downloads do not fill this mailbox, so only their answers are seen: their values are not known.
+        longer = struct.pack("<HHBBBB", 0x1000, 32, 0x26, 0, 1, 0)
+        self.assertEqual(self.demands(sm0=(0x0800, longer)),
+                         [("sync-manager", "differs", "start 0x1000, length 32, control 0x26")])
+
+    def test_sync_managers_of_process_data(self):
+        buffer = struct.pack("<HHBBBB", 0x1800, 6, 0x66, 0, 1, 0)
+        self.assertEqual(self.demands(sm2=(0x0810, buffer)),
+                         [("sync-manager", "differs", "start 0x1800, control 0x66")])
+        # Near miss: another PDO assigned, so another length.
+        longer = struct.pack("<HHBBBB", 0x1C00, 8, 0x20, 0, 1, 0)
+        self.assertEqual(self.demands(sm3=(0x0818, longer), **{"in": (0x0610, fmmu(0x1C00, 1, length=8))}), [])
+
+    def test_fmmus(self):
+        cases = {"elsewhere": (fmmu(0x1200, 2), "FMMU0 on 0x1200, 6 bytes, write only, outside the sync manager"),
+                 "direction": (fmmu(0x1800, 1), "FMMU0 on 0x1800, 6 bytes, read only"),
+                 "switched off": (fmmu(0x1800, 2, 0), "FMMU0 on 0x1800, 6 bytes, switched off")}
+        for name, (data, seen) in cases.items():
+            with self.subTest(name):
+                self.assertEqual(self.demands(out=(0x0600, data)), [("fmmu", "differs", seen)])
+        self.assertEqual(self.demands(**{"in": None}), [("fmmu", "missing", None)])
+
+    def test_fmmus_as_a_master_likes(self):
+        # Near misses: another number, one for both directions, in parts, the state of the mailbox beside it.
+        self.assertEqual(self.demands(out=(0x0620, fmmu(0x1800, 2))), [])
+        self.assertEqual(self.demands(out=(0x0600, fmmu(0x1800, 3))), [])
+        self.assertEqual(self.demands(out=(0x0600, fmmu(0x1800, 2, length=2) + fmmu(0x1802, 2, length=4)),
+                                      **{"in": (0x0620, fmmu(0x1C00, 1))}), [])
+        self.assertEqual(self.demands(**{"in": (0x0610, fmmu(0x080D, 1, length=1) + fmmu(0x1C00, 1))}), [])
+        # The state of the mailbox is not the inputs.
+        self.assertEqual(self.demands(**{"in": (0x0610, fmmu(0x080D, 1, length=1))}), [("fmmu", "missing", None)])
+
+    def test_watchdogs(self):
+        self.assertEqual(self.demands(watchdog=None), [("watchdog", "missing", None)])
+        self.assertEqual(self.demands(watchdog=(0x0420, b"\xe8\x03")), [("watchdog", "differs", "0x03e8")])
+        self.assertEqual(self.demands(divider=None), [("watchdog", "missing", None)])
+        self.assertEqual(self.demands(divider=(0x0400, b"\xc2\x09")), [("watchdog", "differs", "0x09c2")])
+
+    def test_activation(self):
+        self.assertEqual(self.demands(sync=(0x0980, b"\0\x07")), [("activation", "differs", "0x0700")])
+        self.assertEqual(self.demands(sync=None), [("activation", "missing", None)])
+        # Near miss: only the byte that matters is written.
+        self.assertEqual(self.demands(sync=(0x0981, b"\x03")), [])
+
+    def test_modules(self):
+        self.assertEqual(self.demands(module=None), [("modules", "missing", None)])
+        self.assertEqual(self.demands(module=0x12),
+                         [("modules", "differs", "module 0x10012, which the ESI does not list")])
+
+    def test_init_command_before_op(self):
+        self.assertEqual(self.demands(so=None), [("init-command", "missing", None)])
+        self.assertEqual(self.demands(so=2), [("init-command", "differs", "0x02")])
+        # Near miss: OP is not requested, so it is not due.
+        self.assertEqual(self.demands(so=None, last=4), [])
+
+    def test_wait(self):
+        [(kind, status, seen)] = self.demands(waits=2)
+        self.assertEqual((kind, status, seen[:14]), ("timeout", "differs", "given up after"))
+        self.assertEqual(self.demands(waits=10), [])
+
+    def test_alike_slaves_share_a_list(self):
+        esi = self.file("device.esi.xml", self.ESI)
+        bus = EsiBus()
+        slaves = [EsiBus().run(watchdog=None if n != 2 else EsiBus.GOOD["watchdog"]) for n in range(4)]
+        for position, slave in enumerate(slaves):
+            for time_ns, frame in slave.packets:
+                frame = bytearray(frame)
+                # Station addresses and positions count on; a broadcast is sent once for each.
+                if frame[16] in (4, 5):
+                    frame[18:20] = struct.pack("<H", 0x1001 + position)
+                elif frame[16] == 2:
+                    step = 1 if frame[6] & 2 else 0
+                    frame[18:20] = struct.pack("<H", (step * 4 - position) & 0xFFFF)
+                    frame[26] += position
+                elif frame[16] == 8 and frame[6] & 2:
+                    frame[18:20] = struct.pack("<H", 4)
+                bus.packets.append((time_ns + position * 1_000_000_000, bytes(frame)))
+        capture = self.file("alike.pcap", bus.pcap())
+        done = self.run_program("startup", "--expect", esi, capture)
+        self.assertEqual(done.returncode, 1, done.out)
+        self.assertEqual(done.out.count("Required by the ESI of"), 2, done.out)
+        self.assertIn("Required by the ESI of slaves 0-1, 3 (frames of slave 0)", done.out)
+        self.assertIn("Required by the ESI of slave 2\n", done.out)
+        self.assertEqual(done.err.count("register 0x0420"), 1, done.err)
+        self.assertRegex(done.err, r"slaves 0-1, 3: the ESI requires register 0x0420")
+
+
 class Diff(StartupTest):
     def diff(self, a, b, *arguments, status=1):
         done = self.run_program("diff", *arguments, a, b)

@@ -123,4 +123,21 @@ Sample FoeEndsInError() {
   return story.Finish();
 }
 
+Sample SdoBeforePreop() {
+  MasterWay way;
+  way.mailbox_interval = 50 * kMs;
+  Story story(way);
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.SetUpMailbox(0);
+  drive.coe().behaviour().reads_requests = false;  // what arrives before PREOP is lost
+  master.Request(0, 2);
+  const SdoAnswer early = master.Upload(0, 0x1018, 1);
+  story.Expect("mailbox-no-response", 0, early.request, "PREOP is requested, but not reached");
+  master.Poll(0, 2);
+  master.ShutDown();
+  return story.Finish();
+}
+
 }  // namespace ecaudit::samples

@@ -155,6 +155,7 @@ Sample Emergencies();
 Sample FoeUnsupported();
 Sample FoeEndsInError();
 Sample MailboxCounterSkipped();
+Sample SdoBeforePreop();
 // bus.cpp
 Sample LostFrames();
 Sample SecondMaster();
@@ -167,6 +168,7 @@ Sample LinkErrors();
 Sample ReadOnlyWrite();
 Sample EepromChecksum();
 Sample EepromAlias();
+Sample EepromBlank();
 // blame.cpp
 Sample SwitchOnTheBus();
 Sample IrregularMaster();
@@ -187,6 +189,9 @@ Sample PdoNotMappable();
 Sample PdoLengthMismatch();
 Sample SyncManagerChangedInOp();
 Sample FmmusOverlap();
+Sample FmmuOnOtherSyncManager();
+Sample FmmuOnMailbox();
+Sample PdoMappingShifted();
 // drive.cpp
 Sample DriveFault();
 Sample DriveInFault();
