@@ -168,7 +168,6 @@ Sample LinkErrors();
 Sample ReadOnlyWrite();
 Sample EepromChecksum();
 Sample EepromAlias();
-Sample EepromBlank();
 // blame.cpp
 Sample SwitchOnTheBus();
 Sample IrregularMaster();
