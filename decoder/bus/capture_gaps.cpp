@@ -36,6 +36,7 @@ GapBefore CaptureGaps::Follow(std::uint8_t number, const wire::FrameView& frame,
       return sent.sender == number && !sent.may_be_copy();
     }));
     index.Set(IndexFact::kTimeForSkipped, skips && rhythm.HasTimeForSkipped(last, frame.ref(), context_.trip));
+    index.Set(IndexFact::kTimeAtRate, skips && rhythm.HasTimeAtRate(apart));
     index.Set(IndexFact::kLongPause, skips && timed && rhythm.TakeDistance(apart));
     index.Set(IndexFact::kWhole, context_.statistics.unmatched_returned == 0 && context_.statistics.lost == 0);
     index.Set(IndexFact::kOnlyOneFits, orphan && rhythm.OnlyOneFits(last, frame.ref()));
@@ -86,6 +87,8 @@ GapBefore CaptureGaps::Apply(GapVerdict verdict, std::uint8_t number, const Fram
       break;
     case GapVerdict::kMaySkip:
       context_.statistics.CountSkip(at);
+      return GapBefore::kSkip;
+    case GapVerdict::kNumbersSkip:
       return GapBefore::kSkip;
     case GapVerdict::kSilence:
       break;

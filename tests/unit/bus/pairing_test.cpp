@@ -620,6 +620,13 @@ TEST(PairingGap, SkippedIndicesAreNoCertainGapWhereBothCopiesOfAllFramesAreThere
   const Paired result = PairUp(Numbered(40, 0, 256) + Numbered(40, 43, 256));
   EXPECT_THAT(result.log.gaps, ElementsAre("skip 81+82"));
   EXPECT_EQ(result.statistics.gaps, 0U);
+  EXPECT_EQ(result.statistics.skips, 0U);  // three more frames need 4 ms at this rate, 1 ms passed
+}
+
+TEST(PairingGap, SkippedIndicesCountWhereTheSenderHadTheTimeForThem) {
+  const std::string later = "+2ms FPRD 0x1001:0x0130 08 00 idx=41\n";
+  const Paired result = PairUp(Numbered(40, 0, 256) + later + Numbered(40, 42, 256));
+  EXPECT_THAT(result.log.gaps, ElementsAre("skip 81+82"));
   EXPECT_EQ(result.statistics.skips, 1U);
   EXPECT_EQ(result.statistics.first_skip.number, 81U);
 }
