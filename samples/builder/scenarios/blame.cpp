@@ -13,6 +13,14 @@ void ForEachPacket(Story& story, PacketId from, const std::function<void(Bytes&)
 
 constexpr std::size_t kEtherCatHeader = 14;
 
+void CountWholeFrame(Bytes& packet) {
+  const std::size_t datagrams = LoadLe<std::uint16_t>(packet, kEtherCatHeader) & 0x07FFU;
+  packet.resize(kEtherCatHeader + 2 + datagrams);
+  const std::size_t header = packet.size() | 0x1000U;
+  packet[kEtherCatHeader] = static_cast<std::uint8_t>(header & 0xFFU);
+  packet[kEtherCatHeader + 1] = static_cast<std::uint8_t>(header >> 8U);
+}
+
 /// A master of 16 numbers leaves out some.
 void LeaveOutNumbers(Bytes& packet) {
   constexpr std::uint8_t kLeftOut = 5;
@@ -167,6 +175,25 @@ Sample NumbersLeftOut() {
   story.Expect("wkc-mismatch", 0, master.last_cyclic(), "working counter 1 instead of 3").Optional();
   master.Cycles(60);
   ForEachPacket(story, from, LeaveOutNumbers);
+  return story.Finish();
+}
+
+/// As a master that was seen to do so: its header counts the whole Ethernet frame, which is not padded.
+Sample WholeFrameLengths() {
+  MasterWay way;
+  way.mailbox_interval = 50 * kMs;
+  Story story(way);
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.BringToPreop();
+  master.Upload(0, 0x1008, 0);
+  drive.coe().behaviour().reads_requests = false;
+  const SdoAnswer ignored = master.Upload(0, 0x1018, 1);
+  story.Expect("mailbox-no-response", 0, ignored.request, "1018h:1; the out mailbox stays full");
+  const SdoAnswer refused = master.Upload(0, 0x1018, 2);
+  story.Expect("mailbox-overrun", 0, refused.request, "working counter 0").Optional();
+  ForEachPacket(story, 0, CountWholeFrame);
   return story.Finish();
 }
 

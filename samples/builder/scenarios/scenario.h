@@ -175,6 +175,7 @@ Sample CheckSequences();
 Sample EightLostThenFault();
 Sample SdoStopsProcessData();
 Sample NumbersLeftOut();
+Sample WholeFrameLengths();
 Sample ReferenceClockWritten();
 Sample PortsSwapped();
 // pdo.cpp

@@ -130,6 +130,8 @@ constexpr Scenario kScenarios[] = {
      "The pause, and the SDO request that the master waits for.", SdoStopsProcessData},
     {"numbers-left-out", "The master leaves out five numbers once; then the FMMU of the outputs is switched off in OP.",
      "The FMMU.", NumbersLeftOut},
+    {"whole-frame-lengths", "The header counts the whole Ethernet frame; the drive stops reading its mailbox in PREOP.",
+     "The mailbox that is not read, and nothing of the lengths, which slaves ignore.", WholeFrameLengths},
     {"reference-clock-written", "The master writes the reference clock in each cycle, and pauses for 142 ms in OP.",
      "The pause.", ReferenceClockWritten},
     {"ports-swapped", "Three drives; IN and OUT of the second one are swapped.",
