@@ -153,6 +153,7 @@ class BusSecondMaster final : public Rule {
     }
     if (!bus::AnyWorkingCounter(e.frame)) return;
     if (first_mac_ == kNoSender) {
+      if (e.direction == bus::Direction::kForeign) return;  // of the bus of another interface, perhaps
       first_mac_ = mac;
       first_interface_ = e.frame.interface_index();
       last_of_first_ = e.frame.ref();
