@@ -9,13 +9,18 @@
 namespace ecaudit::cli {
 namespace {
 
-/// Where an installed program finds families for all of its users: beside itself, so that the tree can be moved.
+/// Where an installed program finds families for all of its users: beside its folder (bin/), or beside itself where it
+/// lies at the top of an archive, so that the tree can be moved.
 std::string SystemFolder() {
-  std::error_code error;
   const std::filesystem::path program = system::ProgramPath();
   if (program.empty()) return {};
-  const std::filesystem::path folder = program.parent_path().parent_path() / "share" / "ecaudit" / "profiles";
-  return std::filesystem::is_directory(folder, error) ? folder.string() : std::string();
+  const std::filesystem::path own = program.parent_path();
+  for (const std::filesystem::path& top : {own.parent_path(), own}) {
+    std::error_code error;
+    const std::filesystem::path folder = top / "share" / "ecaudit" / "profiles";
+    if (std::filesystem::is_directory(folder, error)) return folder.string();
+  }
+  return {};
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "decoder/base/system/names.h"
-#include "decoder/base/wrapping.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -125,7 +124,7 @@ std::size_t TrailingDigits(std::string_view text) {
 std::string DumpcapKey(std::string_view path) {
   constexpr std::size_t kDate = 14;
   constexpr std::size_t kLeastNumber = 5;
-  const std::size_t name = WrappingSum(path.rfind('/'), std::size_t{1});  // 0 where there is no folder
+  const std::size_t name = path.size() - system::NameOf(path).size();
   for (std::size_t dot = path.rfind('.'); dot != std::string_view::npos && dot > name; dot = path.rfind('.', dot - 1)) {
     std::string_view stem = path.substr(0, dot);
     const std::size_t second = TrailingDigits(stem);

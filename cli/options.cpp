@@ -32,6 +32,8 @@ struct OptionSet::Impl {
   explicit Impl(std::string_view command, std::string_view summary)
       : app(std::string(summary), "ecaudit " + std::string(command)), name(command) {
     app.set_help_flag("-h,--help", "This page");
+    // On Windows "/x" would be an option: there, too, it names a file.
+    app.allow_windows_style_options(false);
     const auto formatter = std::make_shared<PlainFormatter>();
     formatter->column_width(30);
     formatter->label("Positionals", "Arguments");
