@@ -1,3 +1,4 @@
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -32,6 +33,9 @@ std::vector<std::string> Arguments(int /*argc*/, char** /*argv*/) {
 
 void PrepareProgram() {
   for (std::FILE* stream : {stdin, stdout, stderr}) ::_setmode(::_fileno(stream), _O_BINARY);
+  // To a console the C library writes byte by byte, which takes letters of several bytes apart.
+  constexpr std::size_t kBuffer = std::size_t{1} << 16U;
+  for (std::FILE* stream : {stdout, stderr}) std::setvbuf(stream, nullptr, _IOFBF, kBuffer);
   // A console shows UTF-8 from now on; the shell gets its own code page back.
   DWORD mode = 0;
   page_before = ::GetConsoleOutputCP();
