@@ -1,9 +1,9 @@
 #include "cli/families.h"
 
 #include <filesystem>
-#include <system_error>
 
 #include "cli/suggest.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/system/program.h"
 
 namespace ecaudit::cli {
@@ -16,9 +16,8 @@ std::string SystemFolder() {
   if (program.empty()) return {};
   const std::filesystem::path own = program.parent_path();
   for (const std::filesystem::path& top : {own.parent_path(), own}) {
-    std::error_code error;
     const std::filesystem::path folder = top / "share" / "ecaudit" / "profiles";
-    if (std::filesystem::is_directory(folder, error)) return folder.string();
+    if (system::IsFolder(folder.string())) return folder.string();
   }
   return {};
 }

@@ -1,13 +1,12 @@
 #include "cli/options.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <system_error>
 
 #include <CLI/CLI.hpp>
 
 #include "cli/commands/command.h"
 #include "cli/suggest.h"
+#include "decoder/base/system/files.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -148,9 +147,7 @@ OptionSet::Parsed OptionSet::Parse(const std::vector<std::string>& arguments) {
   // "-a.pcapng" would be taken for options, one for each letter.
   for (const std::string& argument : arguments) {
     if (argument == "--") break;
-    std::error_code ignored;
-    if (argument.size() > 2 && argument[0] == '-' && argument[1] != '-' &&
-        std::filesystem::is_regular_file(argument, ignored)) {
+    if (argument.size() > 2 && argument[0] == '-' && argument[1] != '-' && system::IsFile(argument)) {
       return {Outcome::kError, "'" + argument + "' begins like an option; to name the file: ./" + argument};
     }
   }
