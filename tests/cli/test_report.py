@@ -381,7 +381,7 @@ class NamesAndPaths(CliTest):
         self.assertEqual(self.run_program("decode", "--slave", "1001", self.healthy).returncode, 0)
 
     def test_endings_in_any_case(self):
-        for name, start in (("a.HTM", "<!doctype html>"), ("a.htm", "<!doctype html>"), ("a.JSON", "{"), ("a.Xml", "<?xml")):
+        for name, start in (("a.HTM", "<!doctype html>"), ("b.htm", "<!doctype html>"), ("a.JSON", "{"), ("a.Xml", "<?xml")):
             done = self.run_program("check", "-o", name, self.healthy)
             if "without HTML reports" in done.err:
                 continue
