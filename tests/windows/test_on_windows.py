@@ -181,8 +181,8 @@ class WindowsInterrupt(CliTest):
 
     def interrupted(self, *arguments, ready):
         member = gzip.compress(healthy_capture()[24:] * 1000)
-        self.file("aaa.pcap", healthy_capture())
-        self.file("big.pcap.gz", gzip.compress(healthy_capture()[:24]) + member * 70)
+        big = self.file("big.pcap.gz", gzip.compress(healthy_capture()[:24]) + member * 70)
+        os.link(big, self.dir / "next.pcap.gz")
         with subprocess.Popen([PROGRAM, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL,
                               cwd=self.dir) as child:
             try:
@@ -219,13 +219,13 @@ class WindowsInterrupt(CliTest):
         self.assertEqual([path.name for path in self.dir.iterdir() if path.name.startswith("out")], [])
 
     def test_a_batch_stops_its_workers(self):
-        # The report of the small one comes from a worker, which then reads the large one.
+        # The report of one comes from a worker, which then reads another one.
         reports = self.dir / "ecaudit-reports"
-        out, err = self.interrupted("batch", "--jobs", "1", "aaa.pcap", "big.pcap.gz",
-                                    ready=lambda child: any(reports.glob("aaa.pcap-*.json")))
+        out, err = self.interrupted("batch", "--jobs", "1", "big.pcap.gz", "next.pcap.gz",
+                                    ready=lambda child: any(reports.glob("*.json")))
         self.assertIn("INCOMPLETE", out)
         self.assertIn("interrupted, 1 not checked", err)
-        self.assertEqual([path.name[:8] for path in reports.iterdir()], ["aaa.pcap"])
+        self.assertEqual(len(list(reports.iterdir())), 1)
 
 
 class WindowsLocks(CliTest):
