@@ -181,14 +181,16 @@ build_windows() {
     "-DCMAKE_FIND_ROOT_PATH=$libraries" "-DCMAKE_PREFIX_PATH=$libraries" "${host_qt[@]}" -DZLIB_USE_STATIC_LIBS=ON \
     "-DECAUDIT_PACK_PROFILES=$(find "$host" -name ecaudit_pack_profiles -type f)" \
     "-DCMAKE_CXX_STANDARD_LIBRARIES=-L$libraries/lib -static -lws2_32 -lshell32" \
-    -DCMAKE_INSTALL_BINDIR=. -DCMAKE_INSTALL_DATADIR=share -DCMAKE_INSTALL_PREFIX=/
+    -DCMAKE_INSTALL_BINDIR=. -DCMAKE_INSTALL_DATADIR=share -DCMAKE_INSTALL_PREFIX=/ecaudit
   logged "$build.log" cmake --build "$build" -j "$jobs" --target ecaudit
   if x86_64-w64-mingw32-objdump -p "$build/cli/ecaudit.exe" | grep -iE 'DLL Name: .*(stdc|gcc|pthread|qt|zlib|zstd|pcap)'; then
     say "the program needs these libraries, which Windows does not have" >&2
     exit 1
   fi
   rm -rf "${output:?}/$name" "$output/$name.zip"
-  DESTDIR=$output/$name logged "$build.log" cmake --install "$build" --strip
+  DESTDIR=$output/$name.install logged "$build.log" cmake --install "$build" --strip
+  mv "$output/$name.install/ecaudit" "$output/$name"
+  rmdir "$output/$name.install"
   add_licences "$output/$name" g++-mingw-w64-x86-64-posix
   # Lines end as Windows' own editor wants them.
   sed 's/$/\r/' cli/packaging/windows/README.txt >"$output/$name/README.txt"
