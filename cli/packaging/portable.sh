@@ -109,7 +109,8 @@ build_pcap_windows() {
   cp "$build/libpcap.a" "$libraries/lib"
 }
 
-# The licences of what is linked into the program.
+# add_licences FOLDER COMPILER C_LIBRARY ZLIB [PACKAGE...]: the licences of what is linked into the program, and the Debian
+# packages whose libraries it holds.
 add_licences() {
   local folder=$1/share/doc/ecaudit/libraries
   mkdir -p "$folder"
@@ -117,11 +118,15 @@ add_licences() {
   cp "$output/sources/qt6-base/LICENSES/LGPL-3.0-only.txt" "$folder/qt-LGPL-3.0.txt"
   cp "$output/sources/qt6-base/LICENSES/GPL-3.0-only.txt" "$folder/qt-GPL-3.0.txt"
   cp "$output/sources/libpcap/LICENSE" "$folder/libpcap.txt"
-  cp /usr/share/doc/zlib1g-dev/copyright "$folder/zlib.txt"
   cp /usr/share/doc/libzstd-dev/copyright "$folder/zstd.txt"
-  cp /usr/share/doc/"$2"/copyright "$folder/gcc-runtime.txt"
-  (ls "$output"/sources/*.dsc | sed 's,.*/,,'; dpkg-query -W -f '${source:Package} ${source:Version}\n' zlib1g-dev libzstd-dev) \
-    >"$folder/debian-sources.txt"
+  cp "/usr/share/doc/$2/copyright" "$folder/compiler.txt"
+  cp "/usr/share/doc/$3/copyright" "$folder/c-library.txt"
+  cp "/usr/share/doc/$4/copyright" "$folder/zlib.txt"
+  {
+    find "$output/sources" -name '*.dsc' -printf '%f\n' | sed 's/\.dsc$//; s/_/ /' |
+      if [[ $# -gt 4 ]]; then grep -v '^libzstd '; else cat; fi
+    dpkg-query -W -f '${source:Package} ${source:Version}\n' "${@:2}"
+  } | sort -u >"$folder/debian-sources.txt"
 }
 
 version() { sed -n 's/^project(ecaudit.* VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt; }
@@ -146,7 +151,7 @@ build_linux() {
   DESTDIR=$output/$name.install logged "$build.log" cmake --install "$build" --strip
   mv "$output/$name.install/usr" "$output/$name"
   rmdir "$output/$name.install"
-  add_licences "$output/$name" libstdc++6
+  add_licences "$output/$name" libstdc++6 libc6-dev zlib1g-dev libzstd-dev
   tar --sort=name --owner=0 --group=0 --numeric-owner --mtime="@$SOURCE_DATE_EPOCH" -C "$output" -cf - "$name" |
     gzip -9n >"$output/$name.tar.gz"
   rm -rf "${output:?}/$name"
@@ -191,7 +196,7 @@ build_windows() {
   DESTDIR=$output/$name.install logged "$build.log" cmake --install "$build" --strip
   mv "$output/$name.install/ecaudit" "$output/$name"
   rmdir "$output/$name.install"
-  add_licences "$output/$name" g++-mingw-w64-x86-64-posix
+  add_licences "$output/$name" g++-mingw-w64-x86-64-posix mingw-w64-x86-64-dev libz-mingw-w64-dev
   # Lines end as Windows' own editor wants them.
   sed 's/$/\r/' cli/packaging/windows/README.txt >"$output/$name/README.txt"
   find "$output/$name" -exec touch -h -d "@$SOURCE_DATE_EPOCH" {} +

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
@@ -88,7 +89,10 @@ UINT page_before = 0;
 /// What a shell does elsewhere: wildcards become the files that match. An argument that matches nothing stays.
 void AddArgument(const std::string& argument, std::vector<std::string>& arguments) {
   const bool pattern = !argument.starts_with('-') && argument.find_first_of("*?") != std::string::npos;
-  const std::vector<std::string> paths = pattern ? PathsMatching(argument) : std::vector<std::string>();
+  std::vector<std::string> paths = pattern ? PathsMatching(argument) : std::vector<std::string>();
+  if (argument.find('\\') != std::string::npos) {
+    for (std::string& path : paths) std::replace(path.begin(), path.end(), '/', '\\');
+  }
   arguments.insert(arguments.end(), paths.begin(), paths.end());
   if (paths.empty()) arguments.push_back(argument);
 }
