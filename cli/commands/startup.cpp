@@ -1,6 +1,5 @@
 /// `ecaudit startup`: what the master did to bring the slaves to OP, step by step, and whether that is as expected.
 #include <algorithm>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -24,6 +23,7 @@
 #include "cli/report/startup_text.h"
 #include "cli/report_output.h"
 #include "cli/version.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -239,7 +239,7 @@ class StartupCommand : public Command {
       console.Warning("the start-up before frame " + std::to_string(next) + " is saved; with --from '#" +
                       std::to_string(next) + "' the one from there on");
     }
-    if (std::filesystem::is_regular_file(*save_)) console.Warning("the expectation " + *save_ + " is replaced");
+    if (system::IsFile(*save_)) console.Warning("the expectation " + *save_ + " is replaced");
     return WriteOutputFile(*save_, WriteExpectation(result));
   }
 
