@@ -874,8 +874,8 @@ class Builder {
         if (there.contains(key)) continue;
         const std::size_t pair = std::get<1>(key);
         const std::string text = std::string(Name(finding->severity)) + ": " + knowledge_.title(*finding);
-        // A cause is more useful than its consequences, and one of many than one of none.
-        const bool root = finding->caused_by == kNoFinding && finding->rule != "al-refused";
+        // A cause is more useful than its consequences, and a request that failed is none.
+        const bool root = finding->caused_by == kNoFinding && !IsOfFailedRequest(*finding);
         Difference& d =
             Add(Area::kFinding, root ? kRankFinding : kRankEarly, pair == kBusPair ? std::nullopt : std::optional(pair),
                 std::string(finding->rule), of_a ? text : "no such finding", of_a ? "no such finding" : text);
