@@ -885,7 +885,8 @@ class Builder {
         for (const Finding& other : result.findings) {
           if (&other == finding || &RootOf(result, other) != finding) continue;
           d.place = 0;
-          d.relevant = d.relevant || (!out_.failed.empty() && IsOfFailedRequest(other));
+          const bool observed = finding->confidence != Confidence::kInferred;
+          d.relevant = d.relevant || (observed && !out_.failed.empty() && IsOfFailedRequest(other));
         }
         if (d.relevant) d.rank = kRankReason;
       }

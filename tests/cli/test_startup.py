@@ -905,9 +905,10 @@ class Diff(StartupTest):
             lead = out.split("SAFEOP refused with 0x0017: what it is about, the likeliest reason first\n")[1]
             lead, rest = lead.split("\n\n", 1)
             headings = [line for line in lead.splitlines() if line.startswith("  slave")]
-            self.assertEqual(len(headings), 2, lead)
-            self.assertIn("write of SM2", headings[0])
-            self.assertIn("download of 1C12h:0", headings[1])
+            self.assertEqual(len(headings), 3, lead)
+            self.assertIn("pdo-unsupported", headings[0])  # the refusal follows from this finding
+            self.assertIn("write of SM2", headings[1])
+            self.assertIn("download of 1C12h:0", headings[2])
             self.assertRegex(rest, r"\n\d+ further differences not shown; --all shows them\n")
             self.assertNotIn("What else", out)
 
@@ -927,7 +928,7 @@ class Diff(StartupTest):
                                         "--format", "json").out)
         validate(document, DIFF_SCHEMA)
         self.assertEqual(document["failed"], "SAFEOP refused with 0x0017")
-        self.assertEqual([d["relevant"] for d in document["differences"] if d["relevant"]], [True, True])
+        self.assertEqual([d["relevant"] for d in document["differences"] if d["relevant"]], [True] * 3)
         self.assertGreater(len(document["differences"]), 10)
 
     def test_without_a_refusal_nothing_is_folded(self):
