@@ -15,6 +15,9 @@
 #include "decoder/device/device_description.h"
 #include "decoder/esc/al.h"
 #include "decoder/esc/register_addresses.h"
+#include "decoder/mailbox/aoe.h"
+#include "decoder/mailbox/eoe.h"
+#include "decoder/mailbox/soe.h"
 
 namespace ecaudit::startup {
 namespace {
@@ -49,6 +52,9 @@ class Demands {
       : slave_(slave), device_(*slave.profile), evidence_(evidence) {
     Collect(evidence.bus, true);
     Collect(evidence.own, false);
+    for (const MailboxSetting& setting : evidence.own.mailbox_settings) {
+      if (setting.frame.number <= evidence.until) settings_.push_back(&setting);
+    }
     // The state of before is known only of a start-up from INIT on, of which all is kept.
     whole_ = requested_.contains(kAtPreop) && evidence.own.steps_left_out == 0 && !evidence.lossy;
   }
@@ -57,14 +63,17 @@ class Demands {
     SyncManagers(true);
     Timeout(kAtPreop, device_.esi->timeouts.preop);
     InitCommands("IP", kAtSafeop);
+    MailboxCommands("IP", kAtSafeop);
     Modules();
     InitCommands("PS", kAtSafeop);
+    MailboxCommands("PS", kAtSafeop);
     SyncManagers(false);
     Fmmus();
     Watchdogs();
     Activation();
     Timeout(kAtSafeop, device_.esi->timeouts.safeop_op);
     InitCommands("SO", kAtOp);
+    MailboxCommands("SO", kAtOp);
     Timeout(kAtOp, device_.esi->timeouts.safeop_op);
     return std::move(all_);
   }
@@ -151,6 +160,7 @@ class Demands {
           Add(Kind::kInitCommand, before,
               StepNoun(key, StepName(key, command.data.size(), &slave_)) + " (" + std::string(transition) + ")");
       demand.wanted = StepValue(key, command.data, &slave_);
+      demand.by_sdo = true;
       const StartupStep* same = LastDownload([&](const StartupStep& step) { return step.key == key; });
       if (same != nullptr) {
         Compare(*same, command, key, demand);
@@ -188,6 +198,70 @@ class Demands {
     const bool same = !kept || command.data.empty() || step.data == command.data;
     demand.status = same ? Status::kMet : Status::kDiffers;
     if (!same) demand.seen = StepValue(key, step.data, &slave_);
+  }
+
+  // ----- SoE, EoE, AoE
+
+  void MailboxCommands(std::string_view transition, std::uint8_t before) {
+    for (const device::EsiMailboxCommand& command : device_.esi->mailbox_commands) {
+      const auto& transitions = command.transitions;
+      if (std::find(transitions.begin(), transitions.end(), transition) == transitions.end()) continue;
+      if (all_.size() >= kMostDemands) return;
+      EsiDemand& demand = Add(Kind::kInitCommand, before, MailboxNoun(command) + " (" + std::string(transition) + ")");
+      // The addresses of an installation are its own.
+      const bool compared = command.protocol == mailbox::Protocol::kSoE && !command.data.empty();
+      if (compared) demand.wanted = ValueText(command.data);
+      const MailboxSetting* last = nullptr;
+      bool other = false;  // of the protocol
+      for (const MailboxSetting* setting : settings_) {
+        if (setting->protocol != command.protocol) continue;
+        other = true;
+        if (Fits(*setting, command)) last = setting;
+      }
+      if (last == nullptr) {
+        // AoE: who is addressed, and so which message it is, is not for sure.
+        const bool unsure = other && command.protocol == mailbox::Protocol::kAoE;
+        demand.status = unsure ? Status::kUnknown : NotSeen(before);
+        continue;
+      }
+      demand.frame = last->frame.number;
+      demand.status = last->outcome == StartupOutcome::kRefused   ? Status::kDiffers
+                      : last->outcome == StartupOutcome::kUnknown ? Status::kUnknown
+                                                                  : Status::kMet;
+      if (last->outcome == StartupOutcome::kRefused) demand.seen = "an error of the slave, " + Hex(last->code);
+      if (demand.status == Status::kMet && compared && !last->data.empty() && last->data != command.data) {
+        demand.status = Status::kDiffers;
+        demand.seen = ValueText(last->data);
+      }
+    }
+  }
+  [[nodiscard]] static bool Fits(const MailboxSetting& setting, const device::EsiMailboxCommand& command) {
+    if (setting.number != command.number) return false;
+    if (command.protocol == mailbox::Protocol::kAoE) return setting.data == command.data;
+    return command.protocol != mailbox::Protocol::kSoE || !command.drive || setting.drive == *command.drive;
+  }
+  [[nodiscard]] static std::string MailboxNoun(const device::EsiMailboxCommand& command) {
+    switch (command.protocol) {
+      case mailbox::Protocol::kSoE:
+        return "SoE write of " + mailbox::IdnName(command.number) +
+               (command.drive ? ", drive " + std::to_string(*command.drive) : std::string());
+      case mailbox::Protocol::kEoE:
+        return "EoE " + mailbox::Name(static_cast<mailbox::EoeType>(std::min<std::uint16_t>(command.number, 15)));
+      default:
+        return "AoE " + (command.number == 0 ? std::string("message")
+                                             : mailbox::Name(static_cast<mailbox::AdsCommand>(command.number)));
+    }
+  }
+  /// 1, 2 or 4 bytes as a number, the lowest byte first.
+  [[nodiscard]] static std::string ValueText(const std::vector<std::uint8_t>& data) {
+    constexpr std::size_t kMostShown = 16;
+    if (data.size() > 4 || data.size() == 3) {
+      const std::size_t shown = std::min(data.size(), kMostShown);
+      return HexBytes(ByteSpan(data).first(shown)) + (shown < data.size() ? "..." : "");
+    }
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < data.size(); ++i) value |= std::uint32_t{data[i]} << (8 * i);
+    return std::to_string(value) + " (" + Hex(value, static_cast<int>(2 * data.size())) + ")";
   }
 
   void Modules() {
@@ -425,6 +499,7 @@ class Demands {
   std::map<EscAddress, Written> registers_;
   std::set<std::uint8_t> requested_;
   std::vector<const StartupStep*> requests_, downloads_;
+  std::vector<const MailboxSetting*> settings_;
   std::vector<EsiDemand> all_;
 };
 

@@ -758,6 +758,116 @@ class EsiOfEachKind(StartupTest):
         self.assertRegex(done.err, r"slaves 0-1, 3: the ESI requires register 0x0420")
 
 
+class EsiOfOtherProtocols(StartupTest):
+    # Written by hand after ETG.2000: Mailbox/SoE, EoE and AoE with InitCmd.
+    AOE = struct.pack("<6sH6sHHHIII", bytes(6), 0x1001, bytes(6), 0x2000, 3, 4, 14, 0, 7) + \
+        struct.pack("<IIIH", 0x4020, 8, 2, 0x1234)
+    ESI = """<EtherCATInfo><Vendor><Id>106</Id><Name>Acme</Name></Vendor><Descriptions><Devices><Device Physics="YY">
+      <Type ProductCode="#x5E42" RevisionNo="1">AS</Type><Name>AS</Name><Mailbox>
+      <AoE><InitCmd><Transition>PS</Transition><Data>%s</Data></InitCmd></AoE>
+      <EoE><InitCmd><Transition>IP</Transition><Type>2</Type><Data>00</Data></InitCmd></EoE>
+      <SoE ChannelCount="2"><InitCmd Chn="1"><Transition>PS</Transition><IDN>32</IDN><Data>0B00</Data></InitCmd>
+      <InitCmd><Transition>SO</Transition><IDN>#x80C8</IDN><Data>0102030405</Data></InitCmd></SoE></Mailbox></Device>
+      </Devices></Descriptions></EtherCATInfo>""" % AOE.hex()
+    # drive, IDN, value
+    MODE, TEXT = (1, 32, b"\x0b\0"), (0, 0x80C8, bytes([1, 2, 3, 4, 5]))
+
+    def ask(self, bus, protocol, request, response):
+        bus.counter = bus.counter % 7 + 1
+        for address, payload, send in ((0x1000, request, bus.write), (0x1400, response, bus.read)):
+            if payload is not None:
+                head = struct.pack("<HHBB", len(payload), 0, 0, bus.counter << 4 | protocol)
+                send(address, (head + payload).ljust(64, b"\0"))
+
+    def soe(self, bus, write, error=None, elements=0x40):
+        if write is not None:
+            drive, idn, value = write
+            head = struct.pack("<BBH", 3 | drive << 5, elements, idn)
+            flag = 0 if error is None else 0x10
+            answer = struct.pack("<BBH", 4 | flag | drive << 5, elements, idn)
+            self.ask(bus, 5, head + value, answer + (b"" if error is None else struct.pack("<H", error)))
+
+    def capture(self, mode=MODE, text=TEXT, aoe=AOE, eoe=0, more=(), **how):
+        bus = StartupBus()
+        bus.exchange(BWR, 0, 0x0101, b"\0", b"\0", 1)
+        bus.exchange(APWR, 0, 0x0010, b"\x01\x10", b"\x01\x10", 1)
+        bus.read(0x0130, bytes([1, 0]))
+        bus.write(0x0800, struct.pack("<HHBBBB", 0x1000, 64, 0x26, 0, 1, 0))
+        bus.write(0x0808, struct.pack("<HHBBBB", 0x1400, 64, 0x22, 0, 1, 0))
+        bus.state(2)
+        if eoe is not None:
+            self.ask(bus, 2, struct.pack("<BBH", 2, 1, 0) + bytes(12), struct.pack("<BBH", 3, 1, eoe))
+        for write in more:
+            self.soe(bus, write)
+        self.soe(bus, mode, **how)
+        if aoe is not None:
+            answer = bytearray(aoe[:32])
+            answer[18:24] = struct.pack("<HI", 5, 4)
+            self.ask(bus, 1, aoe, bytes(answer) + bytes(4))
+        bus.state(4)
+        self.soe(bus, text)
+        bus.state(8)
+        for _ in range(5):
+            bus.read(0x0130, b"\x08\0")
+        return self.file("mailboxes.pcap", bus.pcap())
+
+    def demands(self, **changes):
+        esi = self.file("device.esi.xml", self.ESI)
+        done = self.run_program("startup", "--expect", esi, "--format", "json", self.capture(**changes))
+        document = json.loads(done.out)
+        validate(document, SCHEMA)
+        rows = document["reports"][0]["slaves"][0]["esi_demands"]
+        self.assertEqual([d["kind"] for d in rows], ["init-command"] * 4)
+        open_ones = [(d["what"], d["status"], d["seen"]) for d in rows if d["status"] != "met"]
+        unmet = any(status in ("missing", "differs") for _, status, _ in open_ones)
+        self.assertEqual(done.returncode, 1 if unmet else 0, done.err)
+        return open_ones
+
+    def test_all_met(self):
+        self.assertEqual(self.demands(), [])
+        text = self.startup("--expect", self.file("device.esi.xml", self.ESI), self.capture()).out
+        for line in (r"SoE write of S-0-0032, drive 1 \(PS\) = 11 \(0x000b\)", r"EoE set IP request \(IP\) \(#",
+                     r"AoE write \(PS\) \(#", r"SoE write of P-0-0200 \(SO\) = 0102030405"):
+            self.assertRegex(text, "done +" + line)
+
+    def test_soe(self):
+        what = "SoE write of S-0-0032, drive 1 (PS)"
+        self.assertEqual(self.demands(mode=None), [(what, "missing", None)])
+        self.assertEqual(self.demands(mode=(1, 32, b"\x03\0")), [(what, "differs", "3 (0x0003)")])
+        # The other drive of the same slave; the name of the parameter instead of its value.
+        self.assertEqual(self.demands(mode=(0, 32, b"\x0b\0")), [(what, "missing", None)])
+        self.assertEqual(self.demands(elements=0x02), [(what, "missing", None)])
+        self.assertEqual(self.demands(error=0x7002), [(what, "differs", "an error of the slave, 0x7002")])
+        # Near misses: the last value counts, and without a channel in the ESI any drive may have the parameter.
+        self.assertEqual(self.demands(more=[(1, 32, b"\x03\0")]), [])
+        self.assertEqual(self.demands(text=(1, *self.TEXT[1:])), [])
+
+    def test_eoe(self):
+        what = "EoE set IP request (IP)"
+        self.assertEqual(self.demands(eoe=None), [(what, "missing", None)])
+        self.assertEqual(self.demands(eoe=0x0201), [(what, "differs", "an error of the slave, 0x0201")])
+
+    def test_aoe(self):
+        what = "AoE write (PS)"
+        self.assertEqual(self.demands(aoe=None), [(what, "missing", None)])
+        # Another access may be the one that is meant, with other addresses.
+        self.assertEqual(self.demands(aoe=self.AOE[:-1] + b"\x13"), [(what, "unknown", None)])
+
+    def test_hostile_files(self):
+        capture = self.capture()
+        for old, new, message in (("<IDN>32<", "<IDN>65536<", "65536"), ('Chn="1"', 'Chn="-1"', "-1"),
+                                  ("<Data>0B00<", "<Data>0B0<", "hexadecimal"), ("<Type>2<", "<Type>x<", "x")):
+            esi = self.file("bad.esi.xml", self.ESI.replace(old, new))
+            self.assertIn(message, self.one_error("startup", "--expect", esi, capture))
+        # An AMS header that announces more than there is, or is cut, is no message to compare with.
+        announced = bytearray(self.AOE)
+        announced[20:24] = b"\xff" * 4
+        for data in (announced, self.AOE[:31], b""):
+            esi = self.file("cut.esi.xml", self.ESI.replace(self.AOE.hex(), bytes(data).hex()))
+            out = self.startup("--expect", esi, capture).out
+            self.assertRegex(out, r"unknown +AoE message \(PS\)")
+
+
 class Diff(StartupTest):
     def diff(self, a, b, *arguments, status=1):
         done = self.run_program("diff", *arguments, a, b)
@@ -795,9 +905,10 @@ class Diff(StartupTest):
             lead = out.split("SAFEOP refused with 0x0017: what it is about, the likeliest reason first\n")[1]
             lead, rest = lead.split("\n\n", 1)
             headings = [line for line in lead.splitlines() if line.startswith("  slave")]
-            self.assertEqual(len(headings), 2, lead)
-            self.assertIn("write of SM2", headings[0])
-            self.assertIn("download of 1C12h:0", headings[1])
+            self.assertEqual(len(headings), 3, lead)
+            self.assertIn("pdo-unsupported", headings[0])  # the refusal follows from this finding
+            self.assertIn("write of SM2", headings[1])
+            self.assertIn("download of 1C12h:0", headings[2])
             self.assertRegex(rest, r"\n\d+ further differences not shown; --all shows them\n")
             self.assertNotIn("What else", out)
 
@@ -817,7 +928,7 @@ class Diff(StartupTest):
                                         "--format", "json").out)
         validate(document, DIFF_SCHEMA)
         self.assertEqual(document["failed"], "SAFEOP refused with 0x0017")
-        self.assertEqual([d["relevant"] for d in document["differences"] if d["relevant"]], [True, True])
+        self.assertEqual([d["relevant"] for d in document["differences"] if d["relevant"]], [True] * 3)
         self.assertGreater(len(document["differences"]), 10)
 
     def test_without_a_refusal_nothing_is_folded(self):
