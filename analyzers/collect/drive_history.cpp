@@ -129,11 +129,11 @@ DriveSummary DriveHistory::SummariseAxis(SlaveId slave, const model::DriveUnit& 
   const device::DriveProfile& drive = *model_.slave(slave).profile->drive;
   DriveSummary summary;
   summary.axis = unit.axis();
-  if (unit.state()) summary.state = StateText(unit.state());
-  summary.status_word = unit.status_word();
-  summary.control_word = unit.control_word();
-  summary.mode_requested = unit.mode_requested();
-  summary.mode_shown = unit.mode_shown();
+  if (unit.status().state) summary.state = StateText(unit.status().state);
+  summary.status_word = unit.status().word;
+  summary.control_word = unit.control().taken;
+  summary.mode_requested = unit.modes().requested();
+  summary.mode_shown = unit.modes().shown();
   const auto name = [&drive](std::optional<std::int8_t> mode) {
     const device::OperationMode* known = mode ? drive.FindMode(*mode) : nullptr;
     return known == nullptr ? std::string() : known->name;
@@ -145,7 +145,7 @@ DriveSummary DriveHistory::SummariseAxis(SlaveId slave, const model::DriveUnit& 
     const auto mode = summary.mode_shown ? summary.mode_shown : summary.mode_requested;
     summary.control_bits = SetBits(drive.control_bits, *summary.control_word, BitsOfMode(drive, mode));
   }
-  summary.by_sdo = unit.status_by_sdo();
+  summary.by_sdo = unit.status().by_sdo;
   if (const auto found = stories_.find({slave, unit.axis()}); found != stories_.end()) {
     const Story& story = found->second;
     summary.faults = story.faults;

@@ -152,7 +152,7 @@ bool Speaks(const MailboxSummary& mailbox, std::string_view protocol) {
 }
 
 Presence OfDrive(const SlaveSummary& slave, const model::SlaveModel& model) {
-  if (slave.drive || model.drives.axis(0).mode_requested()) return {};
+  if (slave.drive || model.drives.axis(0).modes().requested()) return {};
   if (Speaks(slave.mailbox, "SoE")) return Unseen(ReasonCode::kNotFollowed, what::kSoeState);
   const std::optional<Reason> why = DriveWordsMissing(model, false);
   if (!why) return Absent(NotApplicable::kNoDrive);

@@ -11,9 +11,9 @@ namespace ecaudit {
 std::optional<Reason> DriveWordsMissing(const model::SlaveModel& slave, bool needs_control) {
   if (!slave.profile->drive) return {};
   const bool seen = slave.drives.seen();
-  const bool status_missing = slave.drives.Any([](const model::DriveUnit& unit) { return !unit.status_seen(); });
+  const bool status_missing = slave.drives.Any([](const model::DriveUnit& unit) { return !unit.status().seen(); });
   const bool control_missing =
-      needs_control && slave.drives.Any([](const model::DriveUnit& unit) { return !unit.control_seen(); });
+      needs_control && slave.drives.Any([](const model::DriveUnit& unit) { return !unit.control().seen(); });
   if (seen && !status_missing && !control_missing) return {};
   // A family that states when the control word acts is a drive; the standard's table serves for any slave.
   const bool is_drive = !slave.profile->drive->control_word_in.empty() || seen;

@@ -37,7 +37,6 @@ const DrivePart& DrivePlaces::Of(const ImagePart& part) {
   const TerminalObjects terminal(part);
   for (const ImagePart::Place& place : part.places) {
     const std::uint32_t object = terminal.InCia402(place.object, place.bits);
-    const DrivePart::Where here{place.bit, place.bits};
     const auto index_mapped = static_cast<std::uint16_t>(object >> 8U);
     const auto subindex = static_cast<std::uint8_t>(object);
     if (const auto axis = DriveAxes::AxisOfWord(index_mapped, subindex, place.bits)) {
@@ -47,13 +46,14 @@ const DrivePart& DrivePlaces::Of(const ImagePart& part) {
       return InFirstAxis(index_mapped) == index && subindex == 0 && place.bits == bits;
     };
     if (part.direction == device::PdoDirection::kRx) {
-      if (is(kControlWord, 16) && places.controls < places.control.size()) places.control[places.controls++] = here;
-      if (is(kModesOfOperation, 8)) places.mode = here;
+      if (is(kControlWord, 16) && places.controls < places.control.size())
+        places.control[places.controls++] = place.bit;
+      if (is(kModesOfOperation, 8)) places.mode = place.bit;
     } else {
-      if (is(kStatusWord, 16)) places.status = here;
-      if (is(kModesDisplay, 8)) places.mode_shown = here;
+      if (is(kStatusWord, 16)) places.status = place.bit;
+      if (is(kModesDisplay, 8)) places.mode_shown = place.bit;
       if (MapsErrorCode(object, place.bits)) {
-        places.error_code = here;
+        places.error_code = place.bit;
         places.error_object = InFirstAxis(index_mapped);
       }
     }

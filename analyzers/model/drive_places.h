@@ -19,16 +19,12 @@ inline constexpr std::uint16_t kModesDisplay = 0x6061;
 
 /// Where the objects of the state machine lie in one kind of datagram.
 struct DrivePart {
-  struct Where {
-    std::uint32_t bit = 0;
-    std::uint16_t bits = 0;
-  };
   std::uint64_t serial = 0;  ///< of the part; 0: unused
   bool known = false;        ///< at least one object is mapped
   std::uint8_t axes = 0;     ///< whose control or status word is, a bit each
   std::uint8_t controls = 0;
-  std::array<Where, 4> control{};
-  std::optional<Where> status, mode, mode_shown, error_code;
+  std::array<std::uint32_t, 4> control{};                             ///< first bits of 16
+  std::optional<std::uint32_t> status, mode, mode_shown, error_code;  ///< first bits of 16, 8, 8, 16
   std::uint16_t error_object = 0;  ///< which object error_code is, in the first axis' numbers
 };
 

@@ -17,6 +17,7 @@
 #include "analyzers/model/drive_faults.h"
 #include "analyzers/model/drive_modes.h"
 #include "analyzers/model/drive_places.h"
+#include "analyzers/model/drive_words.h"
 #include "analyzers/model/expected_steps.h"
 #include "analyzers/model/given_commands.h"
 #include "decoder/base/event_sink.h"
@@ -67,99 +68,46 @@ class DriveUnit {
   // What is known now, for the report and for rules that report where they could not evaluate.
 
   /// True when the family has a drive state machine and a control or status word was seen.
-  [[nodiscard]] bool seen() const { return control_.seen || status_.seen; }
-  [[nodiscard]] bool status_seen() const { return status_.seen; }
-  [[nodiscard]] bool control_seen() const { return control_.seen; }
-  [[nodiscard]] std::optional<device::DriveState> state() const { return status_.state; }
-  [[nodiscard]] std::optional<std::uint16_t> status_word() const { return status_.word; }
-  [[nodiscard]] std::optional<std::uint16_t> control_word() const { return control_.taken; }
-  [[nodiscard]] std::optional<std::int8_t> mode_requested() const { return modes_.requested(); }
-  [[nodiscard]] std::optional<std::int8_t> mode_shown() const { return modes_.shown(); }
-  [[nodiscard]] bool status_by_sdo() const { return status_.by_sdo; }
+  [[nodiscard]] bool seen() const { return control_.seen() || status_.seen(); }
+  [[nodiscard]] const DriveControl& control() const { return control_; }
+  [[nodiscard]] const DriveStatus& status() const { return status_; }
+  [[nodiscard]] const DriveModes& modes() const { return modes_; }
   [[nodiscard]] std::uint8_t axis() const { return axis_; }
-  /// Several mapped copies of 6040h differed, so that the command was not known.
-  [[nodiscard]] std::uint64_t ambiguous_controls() const { return control_.ambiguous; }
   /// State changes that were not evaluated since earlier control words may be missing.
   [[nodiscard]] std::uint64_t unjudged_changes() const { return unjudged_; }
   /// Frames of the process data have no time stamps: limits were not evaluated.
   [[nodiscard]] bool without_time() const { return without_time_; }
   /// It was commanded to go on, and nothing shows whether it is in an AL state in which it does.
-  [[nodiscard]] bool may_not_act() const { return control_.unsure && !expected_.empty(); }
+  [[nodiscard]] bool may_not_act() const { return unsure_ && !expected_.empty(); }
   /// A command that looks illegal and is not decided when the capture ends: nothing came that makes it legal.
   [[nodiscard]] std::optional<DriveIllegalCommand> undecided_command() const {
     return doubtful_.Undecided(StatusesNeeded());
   }
-  /// The last run of status words that fit no state of the family.
-  struct WithoutState {
-    FrameRef first, last;
-    std::uint64_t words = 0;  ///< 0: there was none
-    std::uint16_t word = 0;   ///< the first of them
-    std::optional<device::DriveState> before;
-    FrameNo before_last = 0;  ///< last frame that showed the state before
-    bool inferred = false;
-  };
-  [[nodiscard]] const WithoutState& without_state() const { return status_.without_state; }
 
  private:
-  /// What the master commands, and what of it the drive took.
-  struct ControlWord {
-    bool seen = false;
-    bool mapped = false;
-    std::optional<std::uint16_t> sent;   ///< as the master sent it last
-    std::optional<std::uint16_t> taken;  ///< as the drive took it last
-    bool inferred = false;               ///< that it took it
-    bool acts = false;                   ///< the drive acted on `taken`
-    /// It may not have acted when its status word was seen last: the time limits wait for that.
-    bool unsure = false;
-    FrameRef first;
-    FrameRef since;
-    FrameRef settings_since;      ///< last change of control word or mode requested; not seen(): not known
-    std::uint64_t ambiguous = 0;  ///< mapped copies that differed
-  };
-  /// What the drive shows.
-  struct StatusWord {
-    bool seen = false;
-    bool mapped = false;
-    bool by_sdo = false;
-    std::optional<std::uint16_t> word;
-    FrameRef last;                            ///< last status word
-    std::optional<device::DriveState> state;  ///< as shown now; unset: the word fits none
-    FrameRef state_since;
-    bool behind_hole = false;  ///< no status word since frames were missing
-    bool is_without_state = false;
-    WithoutState without_state;
-  };
-  /// The last state that was known.
-  struct KnownState {
-    std::optional<device::DriveState> state;
-    std::uint16_t word = 0;  ///< last status word that showed it
-    FrameRef seen;           ///< and its frame
-    bool was_zero = false;   ///< the word was 0 when the state began
-  };
-
   [[nodiscard]] bool InputsRepeat(const DrivePart& part, ByteSpan data) const;
   [[nodiscard]] bool OutputsRepeat(const DrivePart& part, ByteSpan data, bool done) const;
   void OnInputs(const ProcessCycle& cycle, const DrivePart& part);
   void TakeInputs(const ProcessCycle& cycle, const DrivePart& part);
   void OnOutputs(const ProcessCycle& cycle, const DrivePart& part);
   void TakeOutputs(const ProcessCycle& cycle, const DrivePart& part, bool done);
-  void SeeState(const FrameRef& frame);
   void OnControlWords(const ProcessCycle& cycle, const DrivePart& part, bool done);
   [[nodiscard]] bool AskedLongAfterInputs(const mailbox::SdoTransfer& transfer) const;
   void OnMode(std::int8_t value, bool shown, const FrameRef& frame, bool by_sdo, bool inferred);
 
   void OnControlSent(std::uint16_t word, const FrameRef& frame, bool by_sdo);
   void OnControlTaken(std::uint16_t word, const FrameRef& frame, bool by_sdo, bool inferred);
-  void OnControlMaybeTaken(std::uint16_t word, const FrameRef& frame);
-  void Command(std::optional<std::uint16_t> before, std::uint16_t word, const FrameRef& frame, bool by_sdo, bool rises);
+  void Command(std::optional<std::uint16_t> before, std::uint16_t word, const FrameRef& frame, bool by_sdo);
+  /// What was commanded so far is not waited for.
+  void ExpectNothing();
+  void ForgetCommands();
   /// Status words that must show the same state before a command counts as refused.
   [[nodiscard]] unsigned StatusesNeeded() const { return status_.by_sdo ? 1 : 2; }
 
   void OnStatus(std::uint16_t word, const FrameRef& frame, bool by_sdo, bool inferred);
-  void CountWithoutState(const FrameRef& frame);
-  void OnState(std::optional<device::DriveState> to, const FrameRef& frame, bool inferred);
-  void CheckChange(DriveStateChanged& change);
-  void ReportIllegal(const DriveStateChanged& change, std::uint32_t given);
+  void OnChange(DriveStateChanged change);
+  [[nodiscard]] bool Explain(DriveStateChanged& change);
+  void OnUnexplained(const DriveStateChanged& change);
   void CheckLimits(const FrameRef& frame);
 
   SlaveId slave_;
@@ -169,20 +117,19 @@ class DriveUnit {
   const device::DriveProfile* drive_ = nullptr;  ///< null: no drive
   DriveLimits limits_;
   std::uint8_t axis_;
-  std::uint16_t control_mask_ = 0;  ///< bits of the control word that command transitions
-  std::uint16_t motion_mask_ = 0;   ///< further ones that DriveBits reports
-  std::uint16_t status_mask_ = 0;   ///< bits of the status word that distinguish states
-
   DriveAlStates al_states_;
   DrivePlaces places_;
-  ControlWord control_;
-  StatusWord status_;
-  KnownState known_;
+  DriveControl control_;
+  DriveStatus status_;
   DriveModes modes_;
   DriveFaults faults_;
   GivenCommands given_;
   ExpectedSteps expected_;
   DoubtfulCommand doubtful_;
+  FrameRef settings_since_;  ///< last change of control word or mode requested; not seen(): not known
+  bool after_gap_ = false;   ///< no status word was taken since frames were missing
+  /// It may not have acted when its status word was seen last: the time limits wait for that.
+  bool unsure_ = false;
   bool without_time_ = false;
   std::uint64_t unjudged_ = 0;
 };

@@ -78,7 +78,7 @@ class DriveControlOutsideOp final : public Rule {
 
   void Finish() override {
     NotEvaluableFor([](const model::SlaveModel& slave) -> std::optional<Reason> {
-      const auto commanded = [](const model::DriveUnit& axis) { return axis.control_seen(); };
+      const auto commanded = [](const model::DriveUnit& axis) { return axis.control().seen(); };
       if (!slave.profile->drive || !slave.drives.Any(commanded)) return std::nullopt;
       if (slave.profile->drive->control_word_in.empty()) {
         return Reason::Of(ReasonCode::kNotInProfile, kActingStates);

@@ -92,7 +92,7 @@ class DriveIllegalCommand final : public Rule {
       });
     }
     NotEvaluableFor([](const model::SlaveModel& slave) { return DriveWordsMissing(slave, true); });
-    const auto ambiguous = [](const model::DriveUnit& axis) { return axis.ambiguous_controls() > 0; };
+    const auto ambiguous = [](const model::DriveUnit& axis) { return axis.control().ambiguous > 0; };
     NotEvaluableWhere([&](const model::SlaveModel& slave) { return slave.drives.Any(ambiguous); },
                       Reason::Of(ReasonCode::kNotInCapture, kOneControlWord));
   }

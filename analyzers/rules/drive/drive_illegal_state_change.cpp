@@ -104,7 +104,7 @@ class DriveIllegalStateChange final : public Rule {
                          e.to == DriveState::kSwitchedOn || e.to == DriveState::kQuickStopActive;
     if (!dropped || e.from != DriveState::kOperationEnabled || e.command.seen()) return;
     const model::SlaveModel& slave = context().slave(e.slave);
-    const std::optional<std::uint16_t> control = slave.drives.axis(e.axis).control_word();
+    const std::optional<std::uint16_t> control = slave.drives.axis(e.axis).control().taken;
     constexpr std::uint16_t kEnable = 0x008F, kEnabled = 0x000F;
     if (!control || (*control & kEnable) != kEnabled || !slave.al.SettledIn(esc::AlState::OP)) return;
     // What was set shortly before, or in a capture gap, may be why.

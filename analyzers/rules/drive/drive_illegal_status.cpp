@@ -76,7 +76,7 @@ class DriveIllegalStatus final : public Rule {
 
   void ReportRun(const Axis& of) {
     const auto& [slave, axis] = of;
-    const model::DriveUnit::WithoutState& run = context().slave(slave).drives.axis(axis).without_state();
+    const model::DriveStatus::WithoutState& run = context().slave(slave).drives.axis(axis).status().without_state;
     if (run.words < 2) return;
     const std::uint64_t key = AxisKey(axis) | run.word;
     if (Repeat(slave, key, run.last) != kNoFinding) return;

@@ -106,7 +106,7 @@ class DriveModeSetpoint final : public Rule {
     Evaluate(axis, e.slave, e.axis, e.frame);
     (e.shown ? axis.shown : axis.requested) = e.frame;
     const model::DriveUnit& unit = context().slave(e.slave).drives.axis(e.axis);
-    if (unit.state() == device::DriveState::kOperationEnabled) Watch(axis, e.slave, e.axis, e.frame);
+    if (unit.status().state == device::DriveState::kOperationEnabled) Watch(axis, e.slave, e.axis, e.frame);
   }
   /// A set point that the master writes by SDO needs no place in the process data.
   void On(const mailbox::SdoTransfer& e) {
@@ -154,10 +154,10 @@ class DriveModeSetpoint final : public Rule {
   [[nodiscard]] std::optional<std::int8_t> ModeOf(const Axis& axis, SlaveId slave, std::uint8_t number) const {
     const model::SlaveModel& model = context().slave(slave);
     const model::DriveUnit& unit = model.drives.axis(number);
-    if (!unit.mode_requested()) return unit.mode_shown();
-    if (!unit.mode_shown()) return unit.mode_requested();
+    if (!unit.modes().requested()) return unit.modes().shown();
+    if (!unit.modes().shown()) return unit.modes().requested();
     const bool mapped = model.process.tx().Find(model::ObjectOfAxis(model::kModesDisplay, number), 0) != nullptr;
-    return mapped || axis.shown.number > axis.requested.number ? unit.mode_shown() : unit.mode_requested();
+    return mapped || axis.shown.number > axis.requested.number ? unit.modes().shown() : unit.modes().requested();
   }
 
   void Watch(Axis& axis, SlaveId slave, std::uint8_t number, const FrameRef& frame) {

@@ -167,10 +167,10 @@ class DriveNoReaction final : public Rule {
   static std::optional<Reason> Unevaluated(const model::DriveUnit& axis) {
     if (axis.without_time()) return Reason::Of(ReasonCode::kNoStamps);
     // No command is legal then, so none is without effect.
-    if (!axis.state() && axis.status_word() == 0) {
+    if (!axis.status().state && axis.status().word == 0) {
       return Reason::Of(ReasonCode::kNotInCapture, kValidStatus);
     }
-    if (axis.state() == device::DriveState::kNotReadyToSwitchOn) {
+    if (axis.status().state == device::DriveState::kNotReadyToSwitchOn) {
       return Reason::Of(ReasonCode::kNotInCapture, kReadyDrive);
     }
     if (axis.may_not_act()) {

@@ -90,7 +90,7 @@ class DriveUnsupportedMode final : public Rule {
     const model::ObjectValue* claimed = slave.objects.Find(model::ObjectOfAxis(kSupportedModes, e.axis), 0);
     const bool claims = claimed != nullptr && e.value > 0 && e.value <= 32 &&
                         (claimed->raw >> static_cast<unsigned>(e.value - 1) & 1U) != 0;
-    const bool shows = slave.drives.axis(e.axis).mode_shown() == e.value;
+    const bool shows = slave.drives.axis(e.axis).modes().shown() == e.value;
     Finding finding = Found(kNotListed, e.slave, e.frame);
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
     finding.Set("mode", arg::Number(e.value))

@@ -367,7 +367,7 @@ class SyncCycleMismatch final : public Rule {
     if (!interpolation || slave.profile->sync.cycle_by_60c2.value) return;
     static constexpr std::int8_t kInterpolatedMode = 7, kCyclicPosition = 8;
     const bool positions = slave.drives.Any([](const model::DriveUnit& unit) {
-      const auto mode = unit.mode_shown() ? unit.mode_shown() : unit.mode_requested();
+      const auto mode = unit.modes().shown() ? unit.modes().shown() : unit.modes().requested();
       return mode && (*mode == kInterpolatedMode || *mode == kCyclicPosition);
     });
     const auto& rate = context().sync().outputs(id).rate;

@@ -74,8 +74,8 @@ TEST_F(DriveOfAxes, EachHasItsState) {
   EXPECT_EQ(log_.states[0].axis, 0);
   EXPECT_EQ(log_.states[1].axis, 2);
   EXPECT_EQ(log_.states[1].to, DriveState::kFault);
-  EXPECT_EQ(axes_.axis(0).state(), DriveState::kOperationEnabled);
-  EXPECT_EQ(axes_.axis(2).state(), DriveState::kFault);
+  EXPECT_EQ(axes_.axis(0).status().state, DriveState::kOperationEnabled);
+  EXPECT_EQ(axes_.axis(2).status().state, DriveState::kFault);
   std::vector<unsigned> seen;
   axes_.ForEachSeen([&](const model::DriveUnit& unit) { seen.push_back(unit.axis()); });
   EXPECT_EQ(seen, (std::vector<unsigned>{0, 2}));
@@ -91,7 +91,7 @@ TEST_F(DriveOfAxes, ReasonsAreTheAxisOwnWhereTheObjectIs) {
   Upload(0x6861, 8, 1);
   ASSERT_EQ(log_.modes.size(), 1U);
   EXPECT_EQ(log_.modes[0].axis, 1);
-  EXPECT_EQ(axes_.axis(0).mode_shown(), std::nullopt);
+  EXPECT_EQ(axes_.axis(0).modes().shown(), std::nullopt);
 }
 
 TEST_F(DriveOfAxes, ANumberOfEntriesIsNoStatusWord) {
