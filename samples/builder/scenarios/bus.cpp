@@ -228,4 +228,17 @@ Sample EepromAlias() {
   return story.Finish();
 }
 
+Sample EepromBlank() {
+  Story story;
+  SlaveDescription terminal = InputTerminal();
+  terminal.esc.eeprom = Bytes(2048, 0xFF);
+  story.Add(AkdDrive());
+  story.Add(std::move(terminal));
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  story.Expect("eeprom-invalid", 1, "every word is 0xFFFF");
+  for (int i = 0; i < 10; ++i) master.Poll(1, 1, 0);
+  return story.Finish();
+}
+
 }  // namespace ecaudit::samples

@@ -168,6 +168,7 @@ Sample LinkErrors();
 Sample ReadOnlyWrite();
 Sample EepromChecksum();
 Sample EepromAlias();
+Sample EepromBlank();
 // blame.cpp
 Sample SwitchOnTheBus();
 Sample IrregularMaster();

@@ -149,6 +149,8 @@ constexpr Scenario kScenarios[] = {
     {"read-only-write", "The master writes AL Status 0x0130.", "The write of a read-only register.", ReadOnlyWrite},
     {"eeprom-checksum", "A station alias is written into the EEPROM, the checksum over it is not.",
      "The words written, and the checksum that does not fit afterwards.", EepromChecksum},
+    {"eeprom-blank", "A terminal beside a drive; its EEPROM was never written, all words are 0xFFFF.",
+     "The blank EEPROM.", EepromBlank},
     {"sent-again", "Two frames never return; the master sends them again under the same index, 3 ms later.",
      "Two lost frames, folded into one finding.", SentAgain},
     {"nobody-answers", "Each frame is sent three times under its index, and none returns.", "That no frame returns.",
