@@ -75,6 +75,20 @@ Sample Emergencies() {
   return story.Finish();
 }
 
+Sample EmergencyDuringSdo() {
+  Story story;
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.BringToPreop();
+  master.Upload(0, 0x1018, 1);
+  drive.coe().QueueEmergency(master.now(), 0x7305, 0x01, {0x11, 0x22, 0x33, 0x44, 0x55});
+  master.Upload(0, 0x1018, 2);
+  story.Expect("emcy-received", 0, "0x7305 between request and response; the upload succeeds");
+  FinishFromPreop(story);
+  return story.Finish();
+}
+
 Sample FoeUnsupported() {
   Story story;
   story.Add(AkdDrive());
