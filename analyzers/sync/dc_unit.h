@@ -59,6 +59,8 @@ class DcUnit {
   [[nodiscard]] bool activation_was_known() const { return was_known_; }
   /// Set while SYNC0 or SYNC1 is being generated.
   [[nodiscard]] const std::optional<SyncSettings>& active() const { return active_; }
+  /// SYNC0 is one of those that are.
+  [[nodiscard]] bool generates_sync0() const { return active_ && active_->activation.sync0(); }
   /// The settings of the last time it was on, since the slave was set up.
   [[nodiscard]] const std::optional<SyncSettings>& last_active() const { return last_active_; }
   /// The same, of whichever run.

@@ -21,6 +21,8 @@
 namespace ecaudit::sync {
 
 struct OutputWatch {
+  static constexpr TimeNs kUsualWatchdogNs = 100'000'000;  ///< after power-on
+
   bool seen = false;    ///< a frame with outputs for it was seen
   bool direct = false;  ///< the last one wrote them to the slave's memory, without FMMU
   FrameTime last;
@@ -30,7 +32,7 @@ struct OutputWatch {
   bool may_be_hole = false;  ///< the capture may miss frames after the last one
   std::uint64_t frames_in_op = 0;
   const CyclicImage* image = nullptr;
-  TimeNs watchdog_ns = 100'000'000;  ///< as set, else as after power-on; 0 is off
+  TimeNs watchdog_ns = kUsualWatchdogNs;  ///< as set; 0 is off
   // Left OP by itself since the last frame.
   FrameRef fell;
   esc::AlWord fell_to;

@@ -16,11 +16,6 @@
 namespace ecaudit::sync {
 namespace {
 
-/// 100 Mbit/s.
-constexpr TimeNs kNsPerByte = 80;
-/// Frame check sequence, which captures leave out.
-constexpr std::uint32_t kFcsBytes = 4;
-constexpr std::uint32_t kMinFrameBytes = 60;
 /// Value of 0x0420 after power-on.
 constexpr std::uint16_t kDefaultWatchdogSteps = 1000;
 /// Slaves are synchronised within it, ns: a delay that was measured again differs by less.
@@ -33,19 +28,8 @@ bool Touches(const track::SlaveAccess& access, EscAddress first, std::size_t byt
 
 }  // namespace
 
-TimeNs ConfiguredOr(const model::SlaveModel& slave, TimeNs measured) {
-  const std::optional<TimeNs> configured = model::InterpolationTime(slave);
-  // More than a tenth off is another cycle: sync-cycle-mismatch reports it.
-  return configured && std::abs(measured - *configured) <= *configured / 10 ? *configured : measured;
-}
-
-const device::JitterLimit* LimitFor(const model::SlaveModel& slave, TimeNs measured) {
-  constexpr TimeNs kRound = 10'000;
-  return slave.profile->sync.FindJitter((ConfiguredOr(slave, measured) + kRound / 2) / kRound * kRound);
-}
-
 SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, EventBus& bus)
-    : bus_(model), sink_(bus), trust_(pipeline), delays_(model) {
+    : bus_(model), sink_(bus), trust_(pipeline), delays_(model), meter_(model, sent_frames_, trust_, delays_, bus) {
   bus.ListenTo<FrameSeen, track::LogicalAccess, track::Answered, track::CaptureGap, track::WriteDoubtful,
                track::AlRequest>(Stage::kBeforeModel, *this);
   // What the slaves' models conclude is news to this one.
@@ -104,16 +88,17 @@ bool SyncModel::IsCopyOfLast(const wire::FrameView& frame) const {
 }
 
 void SyncModel::BeginFrame(const FrameRef& sent, const FrameRef& returned) {
-  if (sent.number == sent_.number && returned.number == returned_.number) return;
+  if (at_hand_.Is(sent, returned)) return;
   Flush();
-  sent_ = sent;
-  returned_ = returned;
+  at_hand_.Begin(sent, returned);
 }
 
 void SyncModel::On(const track::LogicalAccess& access) {
   BeginFrame(access.sent, access.returned);
-  if (access.circulating || pending_count_ == kPending) return;
-  pending_[pending_count_++] = {access.command, access.address, access.length, access.wkc, access.assumed, kNoSlave};
+  if (access.circulating ||
+      !at_hand_.Add({access.command, access.address, access.length, access.wkc, access.assumed})) {
+    return;
+  }
   if (wire::Reads(access.command) && !access.returned_data.empty()) ReadStatusWords(access);
 }
 
@@ -131,71 +116,34 @@ void SyncModel::ReadStatusWords(const track::LogicalAccess& access) {
 void SyncModel::On(const track::Answered& answer) {
   if (!answer.returned.seen()) return;  // there is no answer to measure
   BeginFrame(answer.sent, answer.returned);
-  if (const auto time = clock_.On(answer)) frame_dc_ = time;
-}
-
-/// @param at_hand  of the frame before: each field is set here, which is cheaper than a new one for each frame
-/// @return whether there is one
-bool SyncModel::LookAtFrame(FrameAtHand& at_hand) {
-  const FrameRef& frame = sent_.seen() ? sent_ : returned_;
-  if (!frame.seen()) return false;
-  FrameTime& time = at_hand.time;
-  time.frame = frame;
-  time.stamp.reset();
-  if (frame.has_time) time.stamp = frame.time;
-  time.dc = frame_dc_;
-  at_hand.by_stamps.reset();
-  if (!frame_dc_) at_hand.by_stamps = DcByStamps();
-  time.esl.reset();
-  at_hand.way.length_ns = 0;
-  if (const FrameFacts* facts = sent_frames_.FactsOf(frame.number)) {
-    time.esl = facts->esl;
-    // Captures leave out the padding of short frames as the check sequence of all.
-    at_hand.way.length_ns = static_cast<std::int64_t>(std::max(facts->bytes, kMinFrameBytes) + kFcsBytes) * kNsPerByte;
-  }
-  delays_.Look();
-  at_hand.way.reference_delay_ns = delays_.Of(clock_.reference());
-  at_hand.way.wide_clock = clock_.is_64_bit();
-  return true;
-}
-
-/// Masters that send several frames a cycle let one of them carry the time.
-std::optional<DcTime> SyncModel::DcByStamps() const {
-  constexpr TimeNs kSameCycles = 20'000'000;
-  const std::optional<DcTime>& last = clock_.last();
-  const FrameRef& at = clock_.last_frame();
-  if (!last || last->epoch != clock_.epoch() || !at.has_time || !returned_.has_time) return std::nullopt;
-  const TimeNs since = Elapsed(at.time, returned_.time);
-  if (since < 0 || since > kSameCycles) return std::nullopt;
-  return DcTime{WrappingSum(last->ns, static_cast<std::uint64_t>(since)), last->epoch};
+  if (const auto time = clock_.On(answer)) at_hand_.SetTime(*time);
 }
 
 void SyncModel::Flush() {
-  if (pending_count_ > 0 && LookAtFrame(at_hand_)) {
-    trust_.AddRoundTrip(sent_, returned_);
-    if (sent_.seen() && returned_.seen()) sent_frames_.Returned(sent_.number);
-    FeedEach(at_hand_);
+  if (at_hand_.Complete(sent_frames_, clock_, delays_)) {
+    trust_.AddRoundTrip(at_hand_.sent(), at_hand_.returned());
+    if (at_hand_.sent().seen() && at_hand_.returned().seen()) sent_frames_.Returned(at_hand_.sent().number);
+    FeedEach();
   }
-  pending_count_ = 0;
-  frame_dc_.reset();
-  sent_ = {};
-  returned_ = {};
+  at_hand_.Begin({}, {});
 }
 
-void SyncModel::FeedEach(const FrameAtHand& at_hand) {
-  for (const ProcessDatagram& datagram : pending()) {
+void SyncModel::FeedEach() {
+  const auto feed = [this](SlaveId id, const CyclicImage* image, bool direct) {
+    Slave& slave = Of(id);
+    meter_.Feed(id, slave.outputs, slave.dc, at_hand_, image);
+    slave.outputs.direct = direct;
+  };
+  for (const ProcessDatagram& datagram : at_hand_.datagrams()) {
     if (datagram.slave != kNoSlave) {
-      Feed(datagram.slave, at_hand, nullptr);
-      Of(datagram.slave).outputs.direct = true;
+      feed(datagram.slave, nullptr, true);
       continue;
     }
     const model::LogicalExpectation& expected = bus_.Expect(datagram.command, datagram.address, datagram.length);
-    const CyclicImage* image = Measure(datagram, at_hand.time, IsOfOp(expected));
+    const CyclicImage* image = Measure(datagram, IsOfOp(expected));
     if (!datagram.brings_outputs() || expected.outputs == 0) continue;
     for (const model::LogicalShare& share : expected.shares) {
-      if (!share.outputs) continue;
-      Feed(share.slave, at_hand, image);
-      Of(share.slave).outputs.direct = false;
+      if (share.outputs) feed(share.slave, image, false);
     }
   }
 }
@@ -207,175 +155,15 @@ bool SyncModel::IsOfOp(const model::LogicalExpectation& expected) const {
   });
 }
 
-const CyclicImage* SyncModel::Measure(const ProcessDatagram& pending, const FrameTime& time, bool in_op) {
-  CyclicImage* image = images_.Find(pending.command, pending.address);
+const CyclicImage* SyncModel::Measure(const ProcessDatagram& datagram, bool in_op) {
+  CyclicImage* image = images_.Find(datagram.command, datagram.address);
   if (image == nullptr) return nullptr;
-  const bool interval = image->Add(time, sent_.seen(), pending.wkc > 0 || pending.assumed, in_op);
+  const FrameTime& time = at_hand_.time();
+  const bool interval = image->Add(time, at_hand_.sent().seen(), datagram.wkc > 0 || datagram.assumed, in_op);
   if (interval && image->rhythm.base != TimeBase::kNone && sink_.HasSubscribers<IntervalMeasured>()) {
     sink_.Publish(IntervalMeasured{*image, time.frame, image->rhythm.ns});
   }
   return image;
-}
-
-void SyncModel::Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* image) {
-  const FrameTime& time = at_hand.time;
-  Slave& slave = Of(id);
-  OutputWatch& watch = slave.outputs;
-  // What comes late was in its place when it was sent.
-  if (watch.seen && time.frame.number <= watch.last.frame.number) return;
-  const bool in_op = bus_.slave(id).al.SettledIn(esc::AlState::OP);
-  if (watch.Waits() && (in_op || watch.fell.seen())) FollowInterval(id, slave, time, image, in_op);
-  const bool counts = (frame_dc_ || at_hand.by_stamps) && Sync0Phase::Counts(slave.dc);
-  if (in_op && counts) {
-    MeasurePhase(id, slave, at_hand);
-  } else {
-    watch.phase.End();
-    MeasureInSafeop(id, slave, at_hand, counts);
-  }
-  watch.Add(time, sent_.number, image, in_op);
-}
-
-[[gnu::always_inline]] inline void SyncModel::FollowInterval(SlaveId id, Slave& slave, const FrameTime& time,
-                                                             const CyclicImage* image, bool in_op) {
-  OutputWatch& watch = slave.outputs;
-  const Interval gap = watch.GapTo(time, image);
-  const TimeNs limit = watch.GapLimit(image);
-  if (gap.base != TimeBase::kNone && limit > 0 && gap.ns >= limit) PublishGap(id, watch, gap, time.frame);
-  const std::optional<SyncSettings>& sync = slave.dc.active();
-  const bool by_sync0 = sync && sync->activation.sync0();
-  // The grid begins again when its cycles do.
-  if (!in_op || !watch.in_op || by_sync0) watch.grid.End();
-  if (!in_op || !watch.in_op) return;
-  const Interval rhythm = watch.RhythmTo(time, image);
-  if (watch.image != nullptr && watch.image->has_nominal()) {
-    if (!watch.rate.Follows(*watch.image)) RenewRate(id, slave);
-    watch.rate.Add(rhythm, watch.last.frame, time.frame);
-  }
-  if (!by_sync0) MeasureArrival(id, watch, time, rhythm);
-}
-
-void SyncModel::PublishGap(SlaveId id, const OutputWatch& watch, const Interval& gap, const FrameRef& after) {
-  OutputGap event = watch.Describe(id, gap);
-  event.uncertainty_ns = Uncertainty(gap.base);
-  event.after = after;
-  event.unreturned = UnreturnedSince(id, watch);
-  sink_.Publish(event);
-}
-
-void SyncModel::RenewRate(SlaveId id, Slave& slave) {
-  OutputWatch& watch = slave.outputs;
-  const std::optional<SyncSettings>& sync = slave.dc.active();
-  const bool by_sync0 = sync && sync->activation.sync0();
-  const TimeNs configured =
-      by_sync0 ? TimeNs{sync->sync0_cycle_ns.value_or(0)} : model::InterpolationTime(bus_.slave(id)).value_or(0);
-  if (!watch.rate.Renew(*watch.image, configured, FramesMissing(id, watch.rate, *watch.image, configured))) return;
-  if (watch.rate.cycles() > 0) sink_.Publish(RateEnded{id});
-  watch.rate.GoOnFromTurn(watch.last.frame);
-}
-
-/// Many frames for the slave were sent since its intervals are others than before, and never returned so far.
-bool SyncModel::FramesMissing(SlaveId id, const OutputRate& rate, const CyclicImage& image, TimeNs configured) const {
-  if (!rate.MayTurn(image, configured)) return false;
-  return sent_frames_.UnreturnedBetween(rate.turn_from(), sent_.number, bus_.network().fmmus(id)) >=
-         kEnoughIntervals / 4;
-}
-
-void SyncModel::EndRate(SlaveId id, OutputWatch& watch) {
-  if (watch.rate.cycles() > 0) sink_.Publish(RateEnded{id});
-  watch.rate.BeginAnew();
-}
-
-void SyncModel::MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& time, const Interval& interval) {
-  const model::SlaveModel& slave = bus_.slave(id);
-  if (slave.profile->sync.jitter.empty()) return;
-  if (interval.base == TimeBase::kNone || watch.image == nullptr || !watch.image->has_nominal()) {
-    watch.grid.End();
-    return;
-  }
-  if (!watch.grid.Follows(interval.base)) {
-    watch.grid.Begin(interval.base, ConfiguredOr(slave, watch.image->nominal_ns));
-  }
-  const std::optional<ArrivalGrid::Arrival> arrival = watch.grid.Add(interval.ns);
-  if (!arrival) return;
-  std::optional<TimeNs> uncertainty = Uncertainty(interval.base);
-  if (uncertainty) {  // clock and grid are wrong independently
-    *uncertainty = static_cast<TimeNs>(
-        std::hypot(static_cast<double>(*uncertainty), static_cast<double>(arrival->uncertainty_ns)));
-  }
-  const TimeNs off = std::abs(arrival->deviation_ns) + uncertainty.value_or(0);
-  const device::JitterLimit* limit = LimitFor(slave, arrival->cycle_ns);
-  if (limit == nullptr) return;
-  if (arrival->missing == 0 && off <= limit->jitter) return;
-  ArrivalOff event;
-  event.slave = id;
-  event.before = watch.last.frame;
-  event.frame = time.frame;
-  event.deviation_ns = arrival->deviation_ns;
-  event.missing = arrival->missing;
-  event.cycle = arrival->cycle;
-  event.cycle_ns = arrival->cycle_ns;
-  event.base = interval.base;
-  event.uncertainty_ns = uncertainty;
-  event.unreturned = UnreturnedSince(id, watch);
-  sink_.Publish(event);
-}
-
-[[gnu::always_inline]] inline void SyncModel::MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand) {
-  const FrameTime& time = at_hand.time;
-  OutputWatch& watch = slave.outputs;
-  const std::int64_t way = delays_.Of(id) - at_hand.way.reference_delay_ns + at_hand.way.length_ns;
-  if (time.dc && watch.phase.AddNext(slave.dc, time.frame, *time.dc, way)) {
-    if (sink_.HasSubscribers<PhaseMeasured>()) sink_.Publish(PhaseMeasured{id, time.frame, watch.phase.last_ns()});
-  } else {
-    MeasureAnyPhase(id, slave, at_hand, way);
-  }
-}
-
-void SyncModel::MeasureAnyPhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand, std::int64_t way) {
-  const FrameTime& time = at_hand.time;
-  OutputWatch& watch = slave.outputs;
-  TimeNs doubt = 0;
-  if (!time.dc) {
-    const auto uncertainty = Uncertainty(TimeBase::kCapture);
-    if (!uncertainty) return;
-    doubt = *uncertainty;
-  }
-  const DcTime& now = time.dc ? *time.dc : *at_hand.by_stamps;
-  const Sync0Phase::Arrival arrival = watch.phase.Add(slave.dc, time.frame, now, at_hand.way.wide_clock, way, doubt);
-  if (!arrival.measured) return;
-  if (sink_.HasSubscribers<PhaseMeasured>()) sink_.Publish(PhaseMeasured{id, time.frame, arrival.phase_ns});
-  if (!arrival.missed()) return;
-  SyncSlotMiss miss;
-  miss.slave = id;
-  miss.before = arrival.since.seen() ? arrival.since : watch.last.frame;
-  miss.crept = arrival.frames;
-  miss.frame = time.frame;
-  miss.cycle_ns = *slave.dc.active()->sync0_cycle_ns;
-  miss.phase_ns = arrival.phase_ns;
-  miss.uncertainty_ns = watch.phase.uncertainty_ns();
-  miss.by_stamps = !time.dc;
-  miss.empty = arrival.empty;
-  if (!arrival.doubled) {
-    const FrameNo before = arrival.since.seen() ? arrival.since.number : watch.last_sent;
-    miss.unreturned = sent_frames_.UnreturnedBetween(before, sent_.number, bus_.network().fmmus(id));
-  }
-  sink_.Publish(miss);
-}
-
-/// Before OP nothing is reported of it, but a slave that does not reach OP may have its reason there.
-void SyncModel::MeasureInSafeop(SlaveId id, Slave& slave, const FrameAtHand& at_hand, bool counts) {
-  OutputWatch& watch = slave.outputs;
-  const FrameTime& time = at_hand.time;
-  const auto by_stamps = time.dc ? std::optional<TimeNs>(0) : Uncertainty(TimeBase::kCapture);
-  if (!counts || !by_stamps || !bus_.slave(id).al.SettledIn(esc::AlState::SAFEOP)) {
-    watch.in_safeop = false;
-    return;
-  }
-  if (!watch.in_safeop) watch.safeop_phase = std::make_unique<Sync0Phase>();
-  watch.in_safeop = true;
-  const std::int64_t way = delays_.Of(id) - at_hand.way.reference_delay_ns + at_hand.way.length_ns;
-  const DcTime& now = time.dc ? *time.dc : *at_hand.by_stamps;
-  watch.safeop_phase->Add(slave.dc, time.frame, now, at_hand.way.wide_clock, way, *by_stamps);
 }
 
 void SyncModel::On(const track::SlaveAccess& access) {
@@ -419,12 +207,10 @@ void SyncModel::OnFmmus(const track::SlaveAccess& access) {
 /// Outputs may be written without FMMU, straight to the memory that the sync manager guards. The slave gets them when
 /// the last byte is written.
 void SyncModel::OnMemoryWritten(const track::SlaveAccess& access) {
-  if (access.written.empty() || access.broadcast || !access.done() || pending_count_ == kPending) return;
+  if (access.written.empty() || access.broadcast || !access.done()) return;
   const auto manager = bus_.network().state(access.slave).process_manager(esc::SmDirection::ECAT_WRITES);
   if (!manager || access.address >= manager->end() || access.address + access.written.size() < manager->end()) return;
-  ProcessDatagram pending;
-  pending.slave = access.slave;
-  pending_[pending_count_++] = pending;
+  at_hand_.Add({.slave = access.slave});
 }
 
 void SyncModel::OnDcAccess(const track::SlaveAccess& access) {
@@ -437,7 +223,7 @@ void SyncModel::OnDcAccess(const track::SlaveAccess& access) {
   }
   const DcUnit::Change change = slave.dc.On(access, bus_.network().state(access.slave).registers);
   // What came so far is evaluated while it is known by which settings.
-  if (change == DcUnit::Change::kSwitchedOff) EndRate(access.slave, slave.outputs);
+  if (change == DcUnit::Change::kSwitchedOff) meter_.EndRate(access.slave, slave.outputs);
   if (change == DcUnit::Change::kSwitchedOn) {
     slave.outputs.rate.BeginAnew();
     SwitchedOn(access.slave, slave.dc);
@@ -464,7 +250,7 @@ void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
     event.read_frame = clock_.last_frame();
     if (!clock_.is_64_bit()) event.low_half_only = true;
   }
-  const FrameRef& sent = sent_.seen() ? sent_ : returned_;
+  const FrameRef& sent = at_hand_.frame();
   const auto uncertainty = Uncertainty(TimeBase::kCapture);
   if (event.read_time_ns && event.read_frame.has_time && sent.has_time && uncertainty) {
     event.since_read_ns = Elapsed(event.read_frame.time, sent.time);
@@ -491,7 +277,7 @@ void SyncModel::On(const track::RunBegan& run) {
   Flush();
   const bool asked = run.reason == track::RunBegan::Reason::kInitialised;
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
-    if (asked) Starve(static_cast<SlaveId>(s), run.frame, OutputGap::End::kRequest);
+    if (asked) meter_.Starve(static_cast<SlaveId>(s), slaves_[s]->outputs, run.frame, OutputGap::End::kRequest);
     EndRun(static_cast<SlaveId>(s));
   }
   CycleSummary ended = SummariseRun();
@@ -502,7 +288,7 @@ void SyncModel::On(const track::RunBegan& run) {
 
 void SyncModel::EndRun(SlaveId id) {
   Slave& slave = Of(id);
-  EndRate(id, slave.outputs);
+  meter_.EndRate(id, slave.outputs);
   sink_.Publish(SlaveRunEnded{id});
   slave.dc.BeginAnew();
   slave.outputs.BeginAnew();
@@ -514,7 +300,7 @@ void SyncModel::On(const model::AlChangedByItself& change) {
     OutputWatch& watch = Of(change.slave).outputs;
     // It left OP before it got outputs there: it waited since it was in OP.
     const bool never_fed = !watch.fell.seen() && !watch.FedInOp() && watch.op_since.seen();
-    if (never_fed) StarvedUntil(change.slave, change.frame, change.status, change.code);
+    if (never_fed) meter_.StarvedUntil(change.slave, watch, change.frame, change.status, change.code);
     watch.Fell(change.frame, change.status, change.code);
   }
 }
@@ -533,12 +319,12 @@ void SyncModel::On(const track::AlRequest& request) {
   OutputWatch& watch = slaves_[request.slave]->outputs;
   if (watch.fell.seen()) {
     // The master acknowledges the drop before outputs come again.
-    StarvedUntil(request.slave, watch.fell, watch.fell_to, watch.fell_code);
+    meter_.StarvedUntil(request.slave, watch, watch.fell, watch.fell_to, watch.fell_code);
     watch.fell = {};
   } else {
-    Starve(request.slave, request.frame(), OutputGap::End::kRequest);
+    meter_.Starve(request.slave, watch, request.frame(), OutputGap::End::kRequest);
   }
-  EndRate(request.slave, watch);
+  meter_.EndRate(request.slave, watch);
   watch.LeaveOp();
   if (request.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) EndRun(request.slave);
 }
@@ -559,8 +345,7 @@ void SyncModel::On(const mailbox::SdoTransfer& transfer) {
   const model::SlaveModel& slave = bus_.slave(transfer.slave);
   if (!PllWatch::Concerns(transfer, slave)) return;
   Slave& own = Of(transfer.slave);
-  const auto& active = own.dc.active();
-  const bool evaluated = own.outputs.in_op && active && active->activation.sync0();
+  const bool evaluated = own.outputs.in_op && own.dc.generates_sync0();
   if (const auto measured = own.pll.On(transfer, slave, evaluated, own.outputs.frames_in_op)) sink_.Publish(*measured);
 }
 
@@ -569,54 +354,11 @@ void SyncModel::Finish() {
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
     OutputWatch& watch = slaves_[s]->outputs;
     if (!watch.fell.seen()) {
-      Starve(static_cast<SlaveId>(s), last_seen_, OutputGap::End::kCapture);
+      meter_.Starve(static_cast<SlaveId>(s), watch, last_seen_, OutputGap::End::kCapture);
       continue;
     }
-    StarvedUntil(static_cast<SlaveId>(s), watch.fell, watch.fell_to, watch.fell_code);
+    meter_.StarvedUntil(static_cast<SlaveId>(s), watch, watch.fell, watch.fell_to, watch.fell_code);
   }
-}
-
-/// No outputs came before the slave was seen to have left OP: the gap lasted at least until then.
-void SyncModel::StarvedUntil(SlaveId id, const FrameRef& fell, esc::AlWord to, std::optional<std::uint16_t> code) {
-  const OutputWatch& watch = Of(id).outputs;
-  FrameTime end;
-  end.frame = fell;
-  if (fell.has_time) end.stamp = fell.time;
-  FrameTime begin = watch.FedInOp() || !watch.op_since.seen() ? watch.last : *watch.WaitsSince();
-  begin.dc.reset();
-  begin.esl.reset();
-  const Interval gap = Between(begin, end);
-  if (gap.base == TimeBase::kNone) return;
-  OutputGap event = watch.Describe(id, gap);
-  event.fell = fell;
-  event.fell_to = to;
-  event.fell_code = code;
-  event.uncertainty_ns = Uncertainty(gap.base);
-  event.end = OutputGap::End::kFell;
-  event.unreturned = sent_frames_.UnreturnedBetween(watch.last_sent, 0, bus_.network().fmmus(id));
-  sink_.Publish(event);
-}
-
-/// The slave in OP has waited for outputs until this frame, and gets none any more.
-void SyncModel::Starve(SlaveId id, const FrameRef& until, OutputGap::End end) {
-  OutputWatch& watch = Of(id).outputs;
-  std::optional<FrameTime> since = watch.WaitsSince();
-  if (watch.fell.seen() || !since) return;
-  // Without a watchdog the pause that it would have after power-on: masters take less to stop before they ask.
-  const TimeNs limit = watch.watchdog_ns != 0 ? watch.watchdog_ns : OutputWatch{}.watchdog_ns;
-  since->dc.reset();
-  since->esl.reset();
-  FrameTime now;
-  now.frame = until;
-  if (until.has_time) now.stamp = until.time;
-  const Interval gap = Between(*since, now);
-  if (gap.base == TimeBase::kNone || gap.ns < limit) return;
-  OutputGap event = watch.Describe(id, gap);
-  event.end = end;
-  event.after = until;
-  event.uncertainty_ns = Uncertainty(gap.base);
-  event.unreturned = sent_frames_.UnreturnedBetween(since->frame.number, 0, bus_.network().fmmus(id));
-  sink_.Publish(event);
 }
 
 CycleSummary SyncModel::SummariseCycle() const {

@@ -1,18 +1,17 @@
 /// in: decoder events.  out: SyncSwitchedOn, OutputGap, SyncSlotMiss, ArrivalOff, PllMeasured; figures of cycle and
 /// clocks when the capture ends.
 ///
-/// keeps: what belongs to the frame at hand, whose time may come after its process data; all else is kept by
+/// keeps: nothing itself, but
 ///
 ///   CyclicImages  rhythm of the process data       DcUnit, DcClock  distributed clocks
 ///   OutputWatch   how outputs reach one slave      PllWatch         what the drive shows of its own clock
-///   SentFrames    frames as they passed            TimeTrust        how good the stamps are
+///   OutputMeter   ... and how they should          TimeTrust        how good the stamps are
+///   SentFrames    frames as they passed            FrameAtHand      the one that passes now
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "analyzers/model/bus_model.h"
@@ -20,6 +19,8 @@
 #include "analyzers/sync/cyclic_images.h"
 #include "analyzers/sync/dc_clock.h"
 #include "analyzers/sync/dc_unit.h"
+#include "analyzers/sync/frame_at_hand.h"
+#include "analyzers/sync/output_meter.h"
 #include "analyzers/sync/output_watch.h"
 #include "analyzers/sync/pll_watch.h"
 #include "analyzers/sync/sent_frames.h"
@@ -31,24 +32,11 @@
 
 namespace ecaudit::sync {
 
-/// The cycle that the master configured (60C2h) where the measured one is about that, else the measured one.
-[[nodiscard]] TimeNs ConfiguredOr(const model::SlaveModel& slave, TimeNs measured);
-/// The family's limit for a cycle that was measured: that for the configured one where it agrees, else a cycle of
-/// 999.9 us counts as one of 1 ms. Null when there is none.
-[[nodiscard]] const device::JitterLimit* LimitFor(const model::SlaveModel& slave, TimeNs measured);
-
 /// Process data of `image` came `interval` after the last ones, by its rhythm_base().
 struct IntervalMeasured {
   const CyclicImage& image;
   FrameRef frame;
   TimeNs interval = 0;
-};
-
-/// A frame with process data for a slave in OP ended `phase` after SYNC0.
-struct PhaseMeasured {
-  SlaveId slave = kNoSlave;
-  FrameRef frame;
-  TimeNs phase = 0;
 };
 
 class SyncModel final {
@@ -100,24 +88,6 @@ class SyncModel final {
  private:
   [[nodiscard]] std::optional<DelayOrigins> OriginsOf(const CyclicImage& image, const IntervalStatistics& best,
                                                       TimeBase base) const;
-  /// A datagram with process data of the frame at hand; its time may come with a later datagram.
-  struct ProcessDatagram {
-    wire::Command command = wire::Command::NOP;
-    std::uint32_t address = 0;
-    std::uint16_t length = 0;
-    std::uint16_t wkc = 0;
-    bool assumed = false;
-    SlaveId slave = kNoSlave;  ///< whose memory it addresses; kNoSlave: logical memory
-
-    /// Slaves may take outputs from it.
-    [[nodiscard]] bool brings_outputs() const { return command != wire::Command::LRD && (wkc != 0 || assumed); }
-  };
-  /// When the frame at hand was sent, and what it takes to reach a slave.
-  struct FrameWay {
-    std::int64_t length_ns = 0;           ///< on the wire; 0 when not known
-    std::int64_t reference_delay_ns = 0;  ///< delay register of the reference clock
-    bool wide_clock = false;              ///< the reference clock has 64 bit
-  };
   struct Slave {
     DcUnit dc;
     OutputWatch outputs;
@@ -126,44 +96,16 @@ class SyncModel final {
     bool fmmus_known = false;
     bool outputs_mapped = false;
   };
-  /// The frame at hand, once for all slaves.
-  struct FrameAtHand {
-    FrameTime time;
-    std::optional<DcTime> by_stamps;  ///< where the frame carried no DC time, but one shortly before did
-    FrameWay way;
-  };
-
   Slave& Of(SlaveId slave) { return slave < slaves_.size() ? *slaves_[slave] : Grow(slave); }
   Slave& Grow(SlaveId slave);
   [[nodiscard]] bool IsCopyOfLast(const wire::FrameView& frame) const;
   void BeginFrame(const FrameRef& sent, const FrameRef& returned);
   void Flush();
-  [[nodiscard]] bool LookAtFrame(FrameAtHand& at_hand);
   [[nodiscard]] bool IsOfOp(const model::LogicalExpectation& expected) const;
-  const CyclicImage* Measure(const ProcessDatagram& pending, const FrameTime& time, bool in_op);
-  void FeedEach(const FrameAtHand& at_hand);
-  [[nodiscard]] std::span<const ProcessDatagram> pending() const { return std::span(pending_).first(pending_count_); }
-  void Feed(SlaveId id, const FrameAtHand& at_hand, const CyclicImage* image);
-  void FollowInterval(SlaveId id, Slave& slave, const FrameTime& time, const CyclicImage* image, bool in_op);
-  void MeasureArrival(SlaveId id, OutputWatch& watch, const FrameTime& time, const Interval& interval);
-  void MeasurePhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand);
-  void MeasureAnyPhase(SlaveId id, Slave& slave, const FrameAtHand& at_hand, std::int64_t way);
-  void MeasureInSafeop(SlaveId id, Slave& slave, const FrameAtHand& at_hand, bool counts);
+  const CyclicImage* Measure(const ProcessDatagram& datagram, bool in_op);
+  void FeedEach();
   void ReadStatusWords(const track::LogicalAccess& access);
-  /// Frames with outputs between the last one of the watch and the frame at hand.
-  [[nodiscard]] std::uint64_t UnreturnedSince(SlaveId id, const OutputWatch& watch) const {
-    return sent_frames_.UnreturnedBetween(watch.last_sent, sent_.number, bus_.network().fmmus(id));
-  }
-  [[nodiscard]] std::optional<DcTime> DcByStamps() const;
   void EndRun(SlaveId id);
-  /// The rhythm of its outputs is evaluated now or not at all.
-  [[nodiscard]] bool FramesMissing(SlaveId id, const OutputRate& rate, const CyclicImage& image,
-                                   TimeNs configured) const;
-  void EndRate(SlaveId id, OutputWatch& watch);
-  void RenewRate(SlaveId id, Slave& slave);
-  void PublishGap(SlaveId id, const OutputWatch& watch, const Interval& gap, const FrameRef& after);
-  void StarvedUntil(SlaveId id, const FrameRef& fell, esc::AlWord to, std::optional<std::uint16_t> code);
-  void Starve(SlaveId id, const FrameRef& until, OutputGap::End end);
   void OnMemoryWritten(const track::SlaveAccess& access);
   void OnFmmus(const track::SlaveAccess& access);
   void OnDcAccess(const track::SlaveAccess& access);
@@ -180,14 +122,10 @@ class SyncModel final {
   SlaveDelays delays_;
   std::vector<std::unique_ptr<Slave>> slaves_;  // grows without moving what rules refer to
 
-  FrameRef sent_, returned_;
+  OutputMeter meter_;
+  FrameAtHand at_hand_;
   FrameRef last_seen_;          // of the capture
   std::uint64_t last_key_ = 0;  // of that frame, where it was outbound
-  std::optional<DcTime> frame_dc_;
-  static constexpr std::size_t kPending = 16;
-  FrameAtHand at_hand_;
-  std::array<ProcessDatagram, kPending> pending_{};
-  std::size_t pending_count_ = 0;
 };
 
 }  // namespace ecaudit::sync
