@@ -73,8 +73,8 @@ inline constexpr FindingKind kWrongStart{.name = "wrong-start",
 inline constexpr FindingKind kWrongLength{
     .name = "wrong-length",
     .title =
-        "SM{sync_manager}: length {length} instead of [{?at_most}at most ]{expected_length}[ or {other_lengths}]"
-        "[{?padded}: maybe a struct with padding][{!padded} when {requested} is requested]",
+        "SM{sync_manager}: length {length} instead of [{?at_most}at most ]{expected_length}[ or {other_lengths}] "
+        "when {requested} is requested",
     .message = kMessage,
     .next = kNext,
     .identity = "sync_manager requested"};
@@ -104,8 +104,8 @@ inline constexpr NoteKind kOffInEeprom{
 the master must enable it by the ESI.)"};
 inline constexpr NoteKind kPaddedStruct{.name = "padded-struct",
                                         .text =
-                                            "{bytes} is what these entries need in a C struct that is not packed: "
-                                            "{padding} of padding. If the master takes "
+                                            "{bytes} is also what these entries need in a C struct that is not "
+                                            "packed, with {padding} of padding. If the master takes "
                                             "the length from such a struct, pack it."};
 inline constexpr const NoteKind* kNotes[] = {&kOutboundOnly, &kSetByBroadcast, &kOffInEeprom, &kPaddedStruct};
 

@@ -66,7 +66,7 @@ The settings that the master wrote last are compared.
 - A default is not compared with a sync manager of another length: the slave may have kept another assignment from
   before the capture.
 - If the PDOs are not known, a sync manager that is off and of length 0 is no fault.
-- A length that the entries have in a C struct with padding is named as such. The master may set it all the same.
+- If the entries have that length in a C struct with padding, a note states it.
 - If a fault of the mapping was found for the same direction, the wrong length follows from it (caused_by).
 - If the slave reaches the state in spite of wrong settings, the finding becomes an info.
 
@@ -192,7 +192,6 @@ class SmProcessConfig final : public Rule {
                          Finding& finding) {
     const auto padded = PaddedStruct::Of(layout, number);
     if (!padded || padded->bytes() != length) return;
-    finding.Set("padded", arg::Flag());
     finding.Add(sync_manager_fault::kPaddedStruct, {{"bytes", arg::Count(length, "byte")},
                                                     {"padding", arg::Count(length - layout.bytes_of(number), "byte")}});
   }
