@@ -5,14 +5,17 @@
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/process_data_pauses.h"
 #include "analyzers/judge/refusal_reasons.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/sync/sync_model.h"
 #include "analyzers/words/al_text.h"
 #include "analyzers/words/what.h"
 #include "decoder/pipeline.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit::al_unexpected_change {
 namespace {
@@ -20,7 +23,8 @@ namespace {
 // Of one slave.
 constexpr std::string_view kMessage =
     R"([{!before_requested}AL Status is {al_status_before} in {before_frame}, and {al_status} ({al_status:number}) in
-{frame}. No request of the master explains that.][{?before_requested}The master requested {al_status_before} in
+{frame}. [{!may_be_asked}No request of the master explains that.][{?may_be_asked}The capture holds no request of the
+master that explains that: it may have been sent before the capture began.]][{?before_requested}The master requested {al_status_before} in
 {before_frame} and did not read AL Status until {frame}. Then it is {al_status} ({al_status:number}).][ The AL status code (0x0134) is {al_status_code}.][ The cause by
 [{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])";
 constexpr std::string_view kNext =
@@ -40,14 +44,16 @@ constexpr FindingKind kDropped{
     .name = "dropped",
     .title =
         "Drops from {al_status_before} to {al_status}[{?reason} ({al_status_code:number}): "
-        "[{?reason_inferred}maybe ]{reason}][{!reason} by itself[, AL status code {al_status_code}]]",
+        "[{?reason_inferred}maybe ]{reason}[ ({reason_value})]][{!reason} by itself[, AL status code "
+        "{al_status_code}]]",
     .message = kMessage,
     .next = kNext,
     .identity = "al_status_before al_status al_status_code"};
 
 constexpr FindingKind kErrorBitSet{
     .name = "error-bit-set",
-    .title = "Error bit set in {al_status_before} without a request[, AL status code {al_status_code}]",
+    .title =
+        "Error bit set in {al_status_before}[{!may_be_asked} without a request][, AL status code {al_status_code}]",
     .message = kMessage,
     .next = kNext,
     .identity = "al_status_before al_status al_status_code"};
@@ -78,6 +84,11 @@ constexpr FindingKind kErrorBitOnBus{
     .message = kMessageOfBus,
     .next = kNextOfBus};
 
+constexpr NoteKind kAllPaused{
+    .name = "process-data-paused",
+    .text =
+        R"(From {paused_from} to {paused_to}, for {pause_ms}, no slave got outputs (LRW, LWR). The FMMUs of this slave
+are not in the capture: which of them are its own is not known.)"};
 constexpr NoteKind kCodeNotRead{.name = "code-not-read",
                                 .text = "The master did not read the AL status code (0x0134)."};
 constexpr NoteKind kErrorOfSome{
@@ -103,7 +114,7 @@ constexpr NoteKind kSlaveNotKnown{
 the master read {excluded?it|them}, and {excluded?it does|they do} not show the change.])"};
 
 constexpr const FindingKind* kKinds[] = {&kDropped, &kErrorBitSet, &kAllDropped, &kDroppedOnBus, &kErrorBitOnBus};
-constexpr const NoteKind* kOwnNotes[] = {&kCodeNotRead,  &kErrorOfSome,   &kUndefinedState,
+constexpr const NoteKind* kOwnNotes[] = {&kAllPaused,    &kCodeNotRead,   &kErrorOfSome,  &kUndefinedState,
                                          &kMayBeRestart, &kOnlySlaveLeft, &kSlaveNotKnown};
 constexpr auto kNotes = refusal::With(kOwnNotes);
 
@@ -112,6 +123,8 @@ constexpr Word kProcessData{"process-data", "pauses of the process data, lost fr
 constexpr Word kSettings{"settings", "accesses to SM2 and SM3 and to their PDOs, faults of the slave itself"};
 constexpr Word kPower{"power", "its power supply, restarts of the slave, accesses to SM0 and SM1"};
 constexpr Word kOtherMaster{"other-master", "other masters, and requests that the capture does not hold"};
+
+constexpr Word kWhyPaused{"process-data-paused", "no outputs"};
 
 constexpr Word kRequest{"request", "a request of the master"};
 constexpr Word kAlStatusTwice{"al-status-twice", "AL Status (0x0130) twice"};
@@ -136,6 +149,10 @@ moment at which the machine stopped.
 - The state before was read.
 - No request since then leads to the new state, not even over intermediate states.
 - No request is in flight or lost.
+- If the error bit appears in the same state soon after the capture began, and the capture holds no request, the slave
+  may have refused one that was sent before: the finding is inferred.
+- For 0x001B of a slave whose FMMUs are not in the capture, a pause of all process data on the bus is named as possible
+  cause: the finding is inferred.
 
 The event happened between the last good read and this one. If the master requested OP and did not read AL Status
 before it requested a lower state, a watchdog code (0x001B) shows that the slave was in OP: the finding is inferred. A
@@ -152,6 +169,7 @@ A broadcast read counts if its result shows the state of every slave. Otherwise 
 The rule is not evaluated if a request may be missing in the capture:
 
 - The capture misses many packets (returned frames without an outbound copy, indices that skip).
+- The state dropped without the error bit soon after the capture began, and the capture holds no request.
 - The state dropped without the error bit in a long pause, and the indices do not show whether frames are missing there.
 - The state dropped without the error bit, and the slave rose to a higher state before without a request. No slave rises
   by itself, so the capture does not hold all requests (a filter chose its packets).
@@ -178,7 +196,10 @@ class AlUnexpectedChange final : public Rule {
     Subscribe<model::AlErrorCleared>(&AlUnexpectedChange::On);
     Subscribe<model::AlAnswered>(&AlUnexpectedChange::On);
     Subscribe<model::BusAlChanged>(&AlUnexpectedChange::On);
+    Subscribe<track::LogicalAccess>(&AlUnexpectedChange::On);
   }
+
+  void On(const track::LogicalAccess& e) { pauses_.On(e); }
 
   void On(const model::AlChangedByItself& e) {
     const bool of_all = e.error_of_some && !e.after_pause && context().slave_count() > 1;
@@ -330,6 +351,10 @@ class AlUnexpectedChange final : public Rule {
       NotEvaluable(e.slave, ReasonCode::kMissesPackets, kRequest, e.frame.number);
       return;
     }
+    if (e.may_be_asked && !e.status.bit4() && !e.error_of_some) {
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, kRequest, e.frame.number);
+      return;
+    }
     // A slave never rises by itself: the capture does not hold every request.
     if (e.rose_unasked != 0 && !e.status.bit4() && !e.error_of_some) {
       NotEvaluable(e.slave, ReasonCode::kNotInCapture, kRequest, e.frame.number);
@@ -393,8 +418,26 @@ class AlUnexpectedChange final : public Rule {
                                                       .code = code,
                                                       .shown = reported.change.frame.number,
                                                       .held_since = reported.change.before_first});
+    if (code == kWatchdogCode && reported.reasons.reason == nullptr) AddPause(reported);
     Describe(context().store[index], reported);
     AddRelated(context().store[index], frame.number == context().store[index].first.number ? 0 : frame.number);
+  }
+
+  /// Where the FMMUs of the slave are in the capture, sync-watchdog-margin measures its own outputs.
+  void AddPause(Reported& reported) const {
+    const model::AlChangedByItself& e = reported.change;
+    if (e.before.state() != kOp || context().network().fmmus(e.slave).any) return;
+    const std::optional<ProcessDataPauses::Pause> pause = pauses_.LongestBetween(e.before_since, e.frame);
+    if (!pause || !context().sync().Uncertainty(sync::TimeBase::kCapture)) return;
+    if (context().network().MayMissBetween(pause->from.number, pause->to.number)) return;
+    const Value length = arg::Ms(pause->length());
+    reported.reasons.reason = &kWhyPaused;
+    reported.reasons.value = length;
+    reported.reasons.inferred = true;
+    reported.reasons.notes.push_back({&kAllPaused,
+                                      {{"paused_from", arg::Frame(pause->from.number)},
+                                       {"paused_to", arg::Frame(pause->to.number)},
+                                       {"pause_ms", length}}});
   }
 
   /// Called again when the error bit or the code is read later.
@@ -406,6 +449,10 @@ class AlUnexpectedChange final : public Rule {
         .Set("before_frame", arg::Frame(e.before_since));
     if (e.before_requested) {
       finding.Set("before_requested", arg::Flag());
+      finding.confidence = Confidence::kInferred;
+    }
+    if (e.may_be_asked) {
+      finding.Set("may_be_asked", arg::Flag());
       finding.confidence = Confidence::kInferred;
     }
     finding.Set("advice", arg::Of(AdviceFor(e)));
@@ -451,6 +498,7 @@ class AlUnexpectedChange final : public Rule {
 
   static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 40U;
   static constexpr std::uint16_t kErrorBit = 0x10;
+  static constexpr std::uint16_t kWatchdogCode = 0x001B;
   static constexpr auto kInit = static_cast<std::uint8_t>(esc::AlState::INIT);
   static constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
   static constexpr auto kOp = static_cast<std::uint8_t>(esc::AlState::OP);
@@ -459,6 +507,7 @@ class AlUnexpectedChange final : public Rule {
   std::vector<FindingIndex> open_;                 // of each slave: whose repetitions and code are awaited
   FindingIndex all_ = kNoFinding;                  // all slaves dropped, and none has left that state
   std::map<FindingIndex, Reported> reported_;
+  ProcessDataPauses pauses_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlUnexpectedChange>};
