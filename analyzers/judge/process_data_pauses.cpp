@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "analyzers/sync/sync_model.h"
+#include "decoder/track/network.h"
+
 namespace ecaudit {
 
 void ProcessDataPauses::On(const track::LogicalAccess& access) {
@@ -31,6 +34,21 @@ std::optional<ProcessDataPauses::Pause> ProcessDataPauses::LongestBetween(FrameN
   for (const Pause& pause : pauses_) consider(pause);
   if (last_.has_time && last_.number < now.number && IsPause(Elapsed(last_.time, now.time))) consider({last_, now});
   return longest;
+}
+
+std::optional<ProcessDataPauses::Pause> ProcessDataPauses::ReasonOf(const RuleContext& context, SlaveId slave,
+                                                                    FrameNo before, const FrameRef& now) const {
+  if (context.network().fmmus(slave).any || !context.sync().Uncertainty(sync::TimeBase::kCapture)) return std::nullopt;
+  const std::optional<Pause> pause = LongestBetween(before, now);
+  if (pause && context.network().MayMissBetween(pause->from.number, pause->to.number)) return std::nullopt;
+  return pause;
+}
+
+Note NoteOf(const ProcessDataPauses::Pause& pause) {
+  return {&kAllPaused,
+          {{"paused_from", arg::Frame(pause.from.number)},
+           {"paused_to", arg::Frame(pause.to.number)},
+           {"pause_ms", arg::Ms(pause.length())}}};
 }
 
 }  // namespace ecaudit

@@ -9,11 +9,21 @@
 #include <array>
 #include <optional>
 
+#include "analyzers/judge/rule_context.h"
+#include "analyzers/result/finding_kind.h"
 #include "decoder/base/ids.h"
 #include "decoder/base/time.h"
 #include "decoder/track/events.h"
 
 namespace ecaudit {
+
+inline constexpr NoteKind kAllPaused{
+    .name = "process-data-paused",
+    .text =
+        R"(From {paused_from} to {paused_to}, for {pause_ms}, no slave got outputs (LRW, LWR). The FMMUs of this slave
+are not in the capture: which of them are its own is not known.)"};
+/// For the title of what such a pause may have caused.
+inline constexpr Word kWhyPaused{"process-data-paused", "no outputs"};
 
 class ProcessDataPauses {
  public:
@@ -27,6 +37,10 @@ class ProcessDataPauses {
   /// The longest pause in which a watchdog may have expired that shows in frame `now`, and did not in frame `before`.
   /// Outputs that have not come again by `now` are a pause, too.
   [[nodiscard]] std::optional<Pause> LongestBetween(FrameNo before, const FrameRef& now) const;
+  /// The same as possible reason of AL status code 0x001B, which a slave of unknown FMMUs shows in frame `now`. Where
+  /// they are known, sync-watchdog-margin measures the outputs of the slave itself.
+  [[nodiscard]] std::optional<Pause> ReasonOf(const RuleContext& context, SlaveId slave, FrameNo before,
+                                              const FrameRef& now) const;
 
  private:
   /// No process data watchdog in use is shorter.
@@ -46,5 +60,7 @@ class ProcessDataPauses {
   std::array<Pause, 4> pauses_{};
   std::size_t next_ = 0;
 };
+
+[[nodiscard]] Note NoteOf(const ProcessDataPauses::Pause& pause);
 
 }  // namespace ecaudit

@@ -86,6 +86,9 @@ class FoeTracker {
   void Begin(const MailboxMessage& message, const FoeMessage& foe, EventSink& sink);
   void OnData(const MailboxMessage& message, const FoeMessage& foe);
   void OnAcknowledge(const MailboxMessage& message, const FoeMessage& foe, EventSink& sink);
+  [[nodiscard]] std::uint16_t LengthOf(Direction direction) const {
+    return direction == Direction::kOut ? out_length_ : in_length_;
+  }
   [[nodiscard]] bool FillsMailbox(const MailboxMessage& message, std::size_t data_bytes) const;
   void Close(FoeTransfer::Outcome outcome, EventSink& sink);
 
@@ -96,6 +99,8 @@ class FoeTracker {
   bool assumed_ = false;
   bool answered_ = false;
   bool last_packet_ = false;   ///< the current packet is the last one
+  bool may_be_last_ = false;   ///< ... or not: the size of the mailbox is not known, and it is the first one
+  bool may_be_whole_ = false;  ///< ... and it was acknowledged
   std::uint32_t packet_ = 0;   ///< number of the latest data packet
   std::uint32_t longest_ = 0;  ///< bytes of the longest packet so far
   FoeTransfer transfer_;

@@ -11,11 +11,9 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
-#include "analyzers/sync/sync_model.h"
 #include "analyzers/words/al_text.h"
 #include "analyzers/words/what.h"
 #include "decoder/pipeline.h"
-#include "decoder/track/network.h"
 
 namespace ecaudit::al_unexpected_change {
 namespace {
@@ -84,11 +82,6 @@ constexpr FindingKind kErrorBitOnBus{
     .message = kMessageOfBus,
     .next = kNextOfBus};
 
-constexpr NoteKind kAllPaused{
-    .name = "process-data-paused",
-    .text =
-        R"(From {paused_from} to {paused_to}, for {pause_ms}, no slave got outputs (LRW, LWR). The FMMUs of this slave
-are not in the capture: which of them are its own is not known.)"};
 constexpr NoteKind kCodeNotRead{.name = "code-not-read",
                                 .text = "The master did not read the AL status code (0x0134)."};
 constexpr NoteKind kErrorOfSome{
@@ -123,8 +116,6 @@ constexpr Word kProcessData{"process-data", "pauses of the process data, lost fr
 constexpr Word kSettings{"settings", "accesses to SM2 and SM3 and to their PDOs, faults of the slave itself"};
 constexpr Word kPower{"power", "its power supply, restarts of the slave, accesses to SM0 and SM1"};
 constexpr Word kOtherMaster{"other-master", "other masters, and requests that the capture does not hold"};
-
-constexpr Word kWhyPaused{"process-data-paused", "no outputs"};
 
 constexpr Word kRequest{"request", "a request of the master"};
 constexpr Word kAlStatusTwice{"al-status-twice", "AL Status (0x0130) twice"};
@@ -423,21 +414,15 @@ class AlUnexpectedChange final : public Rule {
     AddRelated(context().store[index], frame.number == context().store[index].first.number ? 0 : frame.number);
   }
 
-  /// Where the FMMUs of the slave are in the capture, sync-watchdog-margin measures its own outputs.
   void AddPause(Reported& reported) const {
     const model::AlChangedByItself& e = reported.change;
-    if (e.before.state() != kOp || context().network().fmmus(e.slave).any) return;
-    const std::optional<ProcessDataPauses::Pause> pause = pauses_.LongestBetween(e.before_since, e.frame);
-    if (!pause || !context().sync().Uncertainty(sync::TimeBase::kCapture)) return;
-    if (context().network().MayMissBetween(pause->from.number, pause->to.number)) return;
-    const Value length = arg::Ms(pause->length());
+    if (e.before.state() != kOp) return;
+    const std::optional<ProcessDataPauses::Pause> pause = pauses_.ReasonOf(context(), e.slave, e.before_since, e.frame);
+    if (!pause) return;
     reported.reasons.reason = &kWhyPaused;
-    reported.reasons.value = length;
+    reported.reasons.value = arg::Ms(pause->length());
     reported.reasons.inferred = true;
-    reported.reasons.notes.push_back({&kAllPaused,
-                                      {{"paused_from", arg::Frame(pause->from.number)},
-                                       {"paused_to", arg::Frame(pause->to.number)},
-                                       {"pause_ms", length}}});
+    reported.reasons.notes.push_back(NoteOf(*pause));
   }
 
   /// Called again when the error bit or the code is read later.
