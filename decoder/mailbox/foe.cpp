@@ -74,6 +74,7 @@ void FoeTracker::OnMessage(const MailboxMessage& message, EventSink& sink) {
     packet_ = foe.parameter == 0 ? 0 : foe.parameter - (foe.operation == FoeOperation::kData ? 1U : 0U);
   }
   transfer_.last = message.frame();
+  answer_lost_ = false;
   if (message.direction == Direction::kIn) answered_ = true;
   switch (foe.operation) {
     case FoeOperation::kData:
@@ -117,6 +118,7 @@ void FoeTracker::Begin(const MailboxMessage& message, const FoeMessage& foe, Eve
   last_packet_ = may_be_last_ = may_be_whole_ = false;
   packet_ = 0;
   longest_ = 0;
+  answer_lost_ = false;
 }
 
 void FoeTracker::OnData(const MailboxMessage& message, const FoeMessage& foe) {
@@ -178,7 +180,9 @@ void FoeTracker::End(TransferEnd why, EventSink& sink) {
 }
 
 void FoeTracker::Close(FoeTransfer::Outcome outcome, EventSink& sink) {
+  OnReadLost(doubtful_read_);
   open_ = false;
+  transfer_.answer_lost = answer_lost_;
   transfer_.outcome = assumed_ ? FoeTransfer::Outcome::kNotCaptured : outcome;
   // One packet that was acknowledged, and nothing followed: it was the last one.
   const bool cut_off = outcome != FoeTransfer::Outcome::kError && outcome != FoeTransfer::Outcome::kMailboxError;

@@ -77,6 +77,13 @@ class FoeTracker {
   void OnMessage(const MailboxMessage& message, EventSink& sink);
   /// The slave answered with a mailbox error reply.
   void OnMailboxError(std::uint16_t detail, const FrameRef& frame, EventSink& sink);
+  /// A mailbox read sent in this frame never returned: it may have taken an acknowledge or data with it.
+  void OnReadLost(FrameNo sent) { answer_lost_ = answer_lost_ || (open_ && sent > transfer_.last.number); }
+  /// It was overtaken, and may return still; and it did.
+  void OnReadDoubtful(FrameNo sent) { doubtful_read_ = sent; }
+  void OnReadBack(FrameNo sent) {
+    if (sent == doubtful_read_) doubtful_read_ = 0;
+  }
   /// Ends an open transfer.
   void End(TransferEnd why, EventSink& sink);
 
@@ -98,6 +105,8 @@ class FoeTracker {
   bool open_ = false;
   bool assumed_ = false;
   bool answered_ = false;
+  bool answer_lost_ = false;  ///< since the last message
+  FrameNo doubtful_read_ = 0;
   bool last_packet_ = false;   ///< the current packet is the last one
   bool may_be_last_ = false;   ///< ... or not: the size of the mailbox is not known, and it is the first one
   bool may_be_whole_ = false;  ///< ... and it was acknowledged
