@@ -42,7 +42,9 @@ std::vector<FindingIndex> SortFindings(std::vector<Finding>& findings) {
 
   std::vector<ReadingNode> nodes;
   nodes.reserve(findings.size());
-  for (const Finding& f : findings) nodes.push_back({f.severity, f.first.number, f.caused_by});
+  for (const Finding& f : findings) {
+    nodes.push_back({.severity = f.severity, .frame = f.first.number, .caused_by = f.caused_by, .aside = f.aside});
+  }
   std::vector<std::size_t> as_read;
   for (const ReadingEntry& entry : ReadingOrder(std::move(nodes))) as_read.push_back(entry.index);
   const std::vector<FindingIndex> place_as_read = Reorder(findings, as_read);

@@ -14,7 +14,7 @@ class CauseForest {
     const std::size_t n = findings_.size();
     children_.resize(n);
     worst_.resize(n);
-    for (std::size_t i = 0; i < n; ++i) worst_[i] = {findings_[i].severity, findings_[i].frame};
+    for (std::size_t i = 0; i < n; ++i) worst_[i] = {findings_[i].severity, findings_[i].aside, findings_[i].frame};
     for (std::size_t i = 0; i < n; ++i) {
       if (findings_[i].left_out) continue;
       const std::size_t cause = findings_[i].caused_by;
@@ -50,10 +50,11 @@ class CauseForest {
   /// The worst of a cause and all its consequences, and where that begins: a cause may show later than what it causes.
   struct Weight {
     Severity severity = Severity::kInfo;
+    bool aside = false;
     FrameNo frame = 0;
 
     [[nodiscard]] bool Before(const Weight& other) const {
-      return std::tuple(other.severity, frame) < std::tuple(severity, other.frame);
+      return std::tuple(other.severity, aside, frame) < std::tuple(severity, other.aside, other.frame);
     }
   };
 

@@ -29,6 +29,15 @@ TEST(FindingOrder, BySeverityThenFrame) {
   EXPECT_EQ(Order(capture), (Pairs{{3, 0}, {1, 0}, {2, 0}, {0, 0}}));
 }
 
+TEST(FindingOrder, WhatIsAsideComesAfterItsEquals) {
+  CaptureReport capture;
+  capture.result.findings = {MakeFinding("aside", Severity::kError, 0, 1),
+                             MakeFinding("warning", Severity::kWarning, 0, 2),
+                             MakeFinding("error", Severity::kError, 0, 9)};
+  capture.result.findings[0].aside = true;
+  EXPECT_EQ(Order(capture), (Pairs{{2, 0}, {0, 0}, {1, 0}}));
+}
+
 TEST(FindingOrder, AMildCauseRisesWithItsConsequence) {
   CaptureReport capture;
   capture.result.findings = {MakeFinding("warning", Severity::kWarning, 0, 1),
