@@ -14,6 +14,8 @@ constexpr std::array kActuals{Role::kPosition, Role::kVelocity, Role::kTorque, R
 constexpr TimeNs kSettledNs = 100'000'000;
 /// ... and for this long after it.
 constexpr TimeNs kStaysNs = 50'000'000;
+/// Lost cycles in which nothing that lasts began or ended, if both words are what they were.
+constexpr TimeNs kShortGapNs = 100'000'000;
 /// How far back the values before a fault go.
 constexpr TimeNs kLeadNs = 50'000'000;
 constexpr TimeNs kLeadSteps = 5;
@@ -364,6 +366,7 @@ void AxisWatch::AssumeMode(const AxisValues& values) {
 
 void AxisWatch::Step(const FrameRef& frame) {
   now_.frame = frame;
+  if (paused_ != nullptr && now_.control && now_.state) Resume();
   FindZeroLimit();
   if (drive_ != nullptr && seen()) {
     Checks& checks = GetChecks();
@@ -381,6 +384,23 @@ void AxisWatch::Step(const FrameRef& frame) {
   Remember();
 }
 
+/// Where both words are what they were, and hardly anything can have happened in between, the gap changes nothing of
+/// what lasts. What moves in each cycle begins anew.
+void AxisWatch::Resume() {
+  const std::unique_ptr<Paused> paused = std::move(paused_);
+  const AxisView& before = paused->before;
+  if (now_.control != before.control || now_.state != before.state) return;
+  if (!now_.frame.has_time || !before.frame.has_time) return;
+  if (Elapsed(before.frame.time, now_.frame.time) > kShortGapNs) return;
+  now_.control_first = now_.control_changed = now_.state_changed = false;
+  now_.control_before = before.control_before;
+  now_.control_since = before.control_since;
+  now_.state_before = before.state_before;
+  now_.state_since = before.state_since;
+  checks_->enable = paused->enable;
+  checks_->command = paused->command;
+}
+
 void AxisWatch::Remember() {
   const AxisMoment moment = now_.Moment();
   if (moment.frame.has_time) {
@@ -394,8 +414,22 @@ void AxisWatch::Remember() {
   if (!recent_.empty() && recent_.front().frame.number != moment.frame.number) now_.lead.earlier = recent_.front();
 }
 
+void AxisWatch::ForgetAtGap() {
+  TakeCollected();
+  std::unique_ptr<Paused> paused;
+  if (checks_ != nullptr && now_.control && now_.state) {
+    paused = std::make_unique<Paused>(Paused{now_, checks_->enable, checks_->command});
+  }
+  SetpointCheck kept;
+  if (checks_ != nullptr) kept = checks_->setpoint.AfterGap();
+  Forget();
+  if (checks_ != nullptr) checks_->setpoint = kept;
+  paused_ = std::move(paused);
+}
+
 void AxisWatch::Forget() {
   TakeCollected();
+  paused_.reset();
   collected_.reset();
   shifted_.reset();
   limit_is_zero_.reset();

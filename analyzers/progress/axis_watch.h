@@ -56,6 +56,8 @@ class AxisWatch {
   void SetTerminal() { terminal_ = true; }
   /// Frames are missing, or the bus starts again: what lasts starts again.
   void Forget();
+  /// The capture misses frames: what lasts goes on if the first moment after them is like the last one before.
+  void ForgetAtGap();
   /// The capture is over.
   void Finish() { TakeCollected(); }
 
@@ -127,6 +129,12 @@ class AxisWatch {
     AxisRecord record;
     Lasting after;
   };
+  /// What was under way before a capture gap.
+  struct Paused {
+    AxisView before;
+    EnableCheck enable;
+    CommandCheck command;
+  };
   /// The newest frame of one direction.
   struct Newest {
     FrameNo frame = 0;
@@ -153,6 +161,7 @@ class AxisWatch {
   void TakeModes(const AxisValues& values, const FrameRef& frame);
   void AssumeMode(const AxisValues& values);
   void Step(const FrameRef& frame);
+  void Resume();
   /// Keeps the values of now for the steps that follow.
   void Remember();
 
@@ -175,6 +184,7 @@ class AxisWatch {
   Newest newest_outputs_, newest_inputs_;
   std::unique_ptr<Collected> collected_;  ///< of an axis in several parts that one frame brings
   std::unique_ptr<Shifted> shifted_;      ///< null: nothing differs
+  std::unique_ptr<Paused> paused_;        ///< null: no capture gap came since the last moment
   std::bitset<kLimitRoles.size()> limit_is_zero_, limit_mapped_;
   std::optional<device::DriveState> last_state_;
   std::optional<std::uint16_t> error_code_;

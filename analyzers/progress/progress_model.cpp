@@ -188,7 +188,7 @@ void ProgressModel::On(const track::AlRequest& request) {
 
 void ProgressModel::On(const track::CaptureGap& gap) {
   if (!gap.certain) return;
-  for (auto& [id, watch] : axes_) watch.Forget();
+  for (auto& [id, watch] : axes_) watch.ForgetAtGap();
   for (auto& [id, watch] : motors_) watch.Forget();
   for (Slave& slave : slaves_) slave.began = false;
 }

@@ -54,7 +54,7 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
     Echo(now, out);
     Limits(now, out);
     Alternates(now, out);
-  } else {
+  } else if (now.state && mode) {
     returns_ = {};
   }
   std::copy_backward(actuals_.begin(), actuals_.end() - 1, actuals_.end());

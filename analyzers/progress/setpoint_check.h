@@ -21,6 +21,15 @@ class SetpointCheck {
  public:
   void Step(const AxisView& now, AxisRecords& out);
   void Forget() { *this = {}; }
+  /// What stays of it where the capture misses frames: how often the target came back, which a pause ends.
+  [[nodiscard]] SetpointCheck AfterGap() const {
+    SetpointCheck kept;
+    kept.returns_ = returns_;
+    kept.returns_.target.reset();
+    kept.returns_.actual.reset();
+    kept.returns_.step = 0;
+    return kept;
+  }
   /// As EnableCheck's.
   [[nodiscard]] bool active() const { return jump_ || outlier_ || outside_.active(); }
 

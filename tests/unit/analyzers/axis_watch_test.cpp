@@ -46,6 +46,11 @@ class Axis {
       Cycle(control, status, kProfileVelocity, Role::kTargetVelocity, 0, Role::kVelocity, 0);
     }
   }
+  /// The capture misses this number of cycles.
+  void Gap(FrameNo cycles) {
+    watch_.ForgetAtGap();
+    frames_ += 2 * cycles;
+  }
   [[nodiscard]] const AxisWatch& watch() const { return watch_; }
 
  private:
@@ -103,6 +108,43 @@ TEST(AxisWatch, BitsThatADriveTogglesChangeNothing) {
   EXPECT_EQ(steady.watch().command().wanted(), toggling.watch().command().wanted());
   EXPECT_FALSE(FactsOf(steady.watch()).empty());
   EXPECT_EQ(FactsOf(steady.watch()), FactsOf(toggling.watch()));
+}
+
+/// Enable operation without the quick stop bit: the drive stays in Switch on disabled.
+void AskWithoutQuickStop(Axis& axis, int cycles, std::uint16_t control = 0x000B) {
+  for (int i = 0; i < cycles; ++i) {
+    axis.Cycle(control, 0x0250, kProfileVelocity, Role::kTargetVelocity, 0, Role::kVelocity, 0);
+  }
+}
+
+TEST(AxisWatch, WhatLastsGoesOnAfterAShortGap) {
+  Axis axis(0);
+  AskWithoutQuickStop(axis, 10, 0x0002);
+  AskWithoutQuickStop(axis, 50);
+  axis.Gap(3);
+  AskWithoutQuickStop(axis, 2000);
+  ASSERT_FALSE(axis.watch().records().begin() == axis.watch().records().end());
+  EXPECT_EQ(axis.watch().records().begin()->fact, AxisFact::kControlBitMissing);
+  EXPECT_EQ(axis.watch().records().begin()->since.number, 21U) << "before the gap";
+}
+
+/// In a longer gap, or where the control word is another one, much may have happened.
+TEST(AxisWatch, WhatMayHaveEndedInAGapBeginsAnew) {
+  Axis longer(0);
+  AskWithoutQuickStop(longer, 10, 0x0002);
+  AskWithoutQuickStop(longer, 50);
+  longer.Gap(500);
+  AskWithoutQuickStop(longer, 2000);
+  Axis other(0);
+  AskWithoutQuickStop(other, 10, 0x0002);
+  AskWithoutQuickStop(other, 50);
+  other.Gap(3);
+  AskWithoutQuickStop(other, 2000, 0x001B);
+  for (const Axis* axis : {&longer, &other}) {
+    for (const AxisRecord& record : axis->watch().records()) {
+      EXPECT_FALSE(record.fact == AxisFact::kControlBitMissing && record.since.number <= 120) << "across the gap";
+    }
+  }
 }
 
 }  // namespace
