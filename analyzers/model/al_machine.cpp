@@ -44,9 +44,11 @@ StateSet StatesBetween(std::uint8_t from, std::uint8_t to) {
 constexpr std::array<std::uint8_t, 5> kStates{kInit, kPreop, kBoot, kSafeop, kOp};
 constexpr std::uint16_t kErrorBit = 0x10;
 /// An acknowledged error that stays this long is a new answer: slave stacks give up a state change after 200 ms unless
-/// shown otherwise (esc-reference 5.7). Without time stamps reads are counted instead.
+/// shown otherwise (esc-reference 5.7). They go down as fast. Without time stamps reads are counted instead.
 constexpr std::int64_t kAcknowledgeNs = 200'000'000;
 constexpr std::uint64_t kAcknowledgeReads = 200;
+/// A slave that took the acknowledge has cleared its error long before the master has read it as often as this.
+constexpr std::uint64_t kIgnoredReads = 8;
 /// Masters that wait for a state look for it more often.
 constexpr std::int64_t kLongPauseNs = 1'000'000'000;
 /// No master that waits leaves so long a time between two looks.
@@ -151,11 +153,13 @@ StateSet AlMachine::PossibleBefore(FrameNo request) const {
 
 void AlMachine::OnRequestSent(const FrameRef& frame, esc::AlWord control) {
   quiet_ = false;
+  asked_ = true;
   AddPending(control, frame);
 }
 
 void AlMachine::OnRequest(const track::AlRequest& request) {
   quiet_ = false;
+  asked_ = true;
   const FrameNo number = request.frame().number;
   if (request.acceptance == track::Acceptance::kUnknown) {
     // Lost (which shows late), or taken by some of the slaves: the slave may have followed it, from when it was sent.
@@ -306,6 +310,10 @@ void AlMachine::OnStatus(const track::AlStatusRead& read) {
   if (requests_ > 0) ++reads_after_request_;
   quiet_ = false;
   DropOldPending(read.frame);
+  if (!watched_since_.seen()) {
+    watched_since_ = read.frame;
+    reads_since_ = status_reads_;
+  }
   NoteRise(read);
   if (!read.error_bit_known) {
     OnStateOnly(read);
@@ -391,7 +399,22 @@ AlChangedByItself AlMachine::ChangedByItself(const track::AlStatusRead& read, es
   event.code = read.status_code;
   event.after_pause = paused_;
   event.rose_unasked = unasked_.Proof(read.status.state());
+  event.may_be_asked = MayPrecede(read);
   return event;
+}
+
+/// True when a request that would explain this read may lie before the capture, or where the slave was out of sight: if
+/// the error bit appears in the same state, one that it refuses as long as a request may take, else one on the way
+/// down.
+bool AlMachine::MayPrecede(const track::AlStatusRead& read) const {
+  const std::uint8_t state = read.status.state();
+  if (asked_ || !esc::IsAlState(state)) return false;
+  const bool refusal = read.status.bit4() && state == read_state_ && state != kOp;
+  const bool way_down = !read.status.bit4() && Height(state) < Height(read_state_);
+  if (!refusal && !way_down) return false;
+  if (!read.frame.has_time || !watched_since_.has_time) return status_reads_ - reads_since_ <= kAcknowledgeReads;
+  const std::int64_t limit = way_down ? kAcknowledgeNs : timeouts_.To(state == kInit ? kPreop : kSafeop, false);
+  return Elapsed(watched_since_.time, read.frame.time) <= limit;
 }
 
 void AlMachine::NoteRise(const track::AlStatusRead& read) {
@@ -409,6 +432,7 @@ void AlMachine::OnStateOnly(const track::AlStatusRead& read) {
   if (fell) {
     AlChangedByItself event = ChangedByItself(read, Before());
     event.error_of_some = true;
+    event.may_be_asked = false;
     open_.reset();
     error_code_.reset();
     sink_.Publish(event);
@@ -440,31 +464,22 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
   }
   if (open_ && !FellBefore(read)) {
     if (MayBeAcknowledgedError(read)) {
-      if (read_state_ == 0) sink_.Publish(AlAnswerUnclear{slave_, read.frame});
+      if (read_state_ == 0) {
+        sink_.Publish(AlAnswerUnclear{slave_, read.frame});
+        unclear_ = RefusedBy(read, *open_);
+      } else if (WentOnUnacknowledged()) {
+        earlier_.clear();
+        PublishRefusal(*unclear_, unclear_->code ? unclear_->code : read.status_code);
+      }
       return;
     }
-    AlAnswered event;
-    event.slave = slave_;
-    event.outcome = AlAnswered::Outcome::kRefused;
-    event.request = *open_;
+    AlAnswered event = RefusedBy(read, *open_);
     for (const AlRequestRecord& earlier : earlier_) {
       // Several requests without a read between them: the one the model expects to fail is the one that did.
       if (open_->verdict == AlVerdict::kLegal && earlier.verdict != AlVerdict::kLegal) event.request = earlier;
     }
-    event.frame = read.frame;
-    event.status = read.status;
-    event.code = read.status_code;
-    event.state_before_known = error_ == Error::kNo || acknowledged_;
-    error_ = Error::kYes;
-    error_since_ = read.frame.number;
-    error_reported_ = true;
-    error_code_ = read.status_code;
-    acknowledged_ = false;
-    standing_ = Standing::kNo;
-    began_ = true;
     DropPendingBefore(open_->frame.number);
-    open_.reset();
-    sink_.Publish(event);
+    PublishRefusal(event, read.status_code);
     return;
   }
   // An error that was there before only counts again when the state falls further.
@@ -490,6 +505,39 @@ void AlMachine::OnError(const track::AlStatusRead& read) {
     event.before_requested = true;
   }
   sink_.Publish(event);
+}
+
+AlAnswered AlMachine::RefusedBy(const track::AlStatusRead& read, const AlRequestRecord& request) const {
+  AlAnswered event;
+  event.slave = slave_;
+  event.outcome = AlAnswered::Outcome::kRefused;
+  event.request = request;
+  event.frame = read.frame;
+  event.status = read.status;
+  event.code = read.status_code;
+  event.state_before_known = error_ == Error::kNo || (acknowledged_ && read_state_ != 0);
+  return event;
+}
+
+/// The request that is open, if it is another one, asks for what a slave with this error ignores.
+void AlMachine::PublishRefusal(const AlAnswered& event, std::optional<std::uint16_t> code) {
+  const AlAnswered published = event;  // it may be unclear_
+  error_ = Error::kYes;
+  error_since_ = published.frame.number;
+  error_reported_ = true;
+  error_code_ = code;
+  acknowledged_ = false;
+  standing_ = Standing::kNo;
+  began_ = true;
+  unclear_.reset();
+  open_.reset();
+  sink_.Publish(published);
+}
+
+/// The master requested the next state, without another acknowledge, and the slave still shows the error.
+bool AlMachine::WentOnUnacknowledged() const {
+  if (!unclear_ || open_->frame.number <= unclear_->request.last.number || polls_ < kIgnoredReads) return false;
+  return !open_->control.bit4() && open_->control.state() != kInit;
 }
 
 /// A slave that shows the code of a watchdog or of lost synchronisation below its last state, while it was asked to go
@@ -534,6 +582,7 @@ void AlMachine::OnNoError(const track::AlStatusRead& read) {
   }
   standing_ = Standing::kNo;
   began_ = true;
+  unclear_.reset();
   const bool before_known = read_state_ != 0 && error_ != Error::kUnknown;
   const esc::AlWord before = Before();
   error_reported_ = false;
@@ -615,6 +664,9 @@ void AlMachine::Forget(const FrameRef& frame) {
   error_reported_ = false;
   echo_ = false;
   acknowledged_ = false;
+  unclear_.reset();
+  watched_since_ = {};
+  asked_ = false;
   open_.reset();
   earlier_.clear();
   pending_.clear();

@@ -161,6 +161,10 @@ class AlMachine {
   [[nodiscard]] bool FellBefore(const track::AlStatusRead& read) const;
   [[nodiscard]] const AlRequestRecord* HighestUnread() const;
   void ReportStanding(const track::AlStatusRead& read, bool certain);
+  [[nodiscard]] AlAnswered RefusedBy(const track::AlStatusRead& read, const AlRequestRecord& request) const;
+  void PublishRefusal(const AlAnswered& event, std::optional<std::uint16_t> code);
+  [[nodiscard]] bool WentOnUnacknowledged() const;
+  [[nodiscard]] bool MayPrecede(const track::AlStatusRead& read) const;
   void OnNoError(const track::AlStatusRead& read);
   void CheckOverdue(const track::AlStatusRead& read);
   void ReportCode(const FrameRef& frame, std::uint16_t code);
@@ -197,6 +201,8 @@ class AlMachine {
   FrameRef last_poll_;
   bool overdue_reported_ = false;
   bool acknowledged_ = false;  ///< an error that is or may be set was acknowledged, and not seen gone yet
+  /// To the first request after which the slave was seen, an acknowledge: its error, which may be older.
+  std::optional<AlAnswered> unclear_;
 
   /// A request whose fate is not known: it is on its way, was lost, or was taken by some of the slaves of a broadcast.
   /// Also one that the slave should ignore, since it may explain what happens where the slave does not.
@@ -207,8 +213,11 @@ class AlMachine {
   static constexpr std::size_t kMaxPending = 8;
   std::vector<Pending> pending_;  ///< oldest first
 
-  bool paused_ = false;  ///< since the last read of the status
-  FrameRef no_state_;    ///< the first of the last reads that showed a value that is none of the five
+  bool paused_ = false;     ///< since the last read of the status
+  FrameRef watched_since_;  ///< first read of the status since the capture began, or since the slave was out of sight
+  std::uint64_t reads_since_ = 0;
+  bool asked_ = false;  ///< a request was sent since then
+  FrameRef no_state_;   ///< the first of the last reads that showed a value that is none of the five
   UnaskedRises unasked_;
   bool operated_ = false;  ///< was seen in SAFEOP or OP
   bool quiet_ = false;     ///< another read of the same status would change nothing but counters

@@ -114,6 +114,7 @@ struct AlChangedByItself {
   bool before_requested = false;  ///< the state before was requested in `before_since` and never read
   bool after_pause = false;       ///< since then the master was silent, and the capture may have a gap there
   bool error_of_some = false;     ///< a broadcast: the error bit of one slave at least is set, whose is not certain
+  bool may_be_asked = false;      ///< the request that explains it may lie before the capture
   FrameNo rose_unasked = 0;       ///< it rose there without a request before: the capture does not hold all requests
   std::optional<std::uint16_t> code;
 };

@@ -14,6 +14,7 @@ constexpr Word kCommanded{"commanded", "commanded"};
 constexpr Word kFollows{"follows", "follows"};
 
 constexpr Word kNoStatusWord{"no-status-word", "the status word is not in the capture"};
+constexpr Word kNoControlWord{"no-control-word", "the control word is not in the capture"};
 constexpr Word kInFault{"fault", "the drive is in Fault"};
 constexpr Word kVoltageMissing{"no-voltage", "bit 4 of the status word is 0"};
 constexpr Word kLeftEnabled{"left-enabled", "the drive left Operation enabled without a command"};
@@ -98,6 +99,8 @@ class AxisClimb {
     } else if (span.holds() || watch_.enabled().holds()) {
       rung.status = RungStatus::kReached;  // not every drive has the bit
       if (!span.ever()) rung.since = watch_.enabled().since;
+    } else if (!watch_.control_seen()) {
+      rung.why = &kNoControlWord;
     } else if (!watch_.enable().wanted()) {
       rung.status = RungStatus::kNotAsked;
     } else if (span.ever() && !watch_.voltage_lost_unasked() && !AsksToEnable()) {
@@ -144,6 +147,8 @@ class AxisClimb {
         rung.held_by = Holder(
             {"drive-fault", "al-unexpected-change", "drive-illegal-state-change", "drive-not-enabled"}, span.lost);
       }
+    } else if (!watch_.control_seen()) {
+      rung.why = &kNoControlWord;
     } else if (!watch_.enable().wanted()) {
       rung.status = RungStatus::kNotAsked;
     } else {

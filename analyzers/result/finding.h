@@ -64,6 +64,8 @@ struct Finding {
   FindingIndex caused_by = kNoFinding;
   /// The lowest rung (result/progress.h) that the master wanted and did not reach, or lost, because of it: "enabled".
   std::string_view holds;
+  /// An error without visible effect that is rare on this bus: what holds something is read before it.
+  bool aside = false;
   /// The user set the severity of the rule below that of the finding: only that decides whether it fails the capture.
   bool severity_is_lowered = false;
   Confidence confidence = Confidence::kObserved;

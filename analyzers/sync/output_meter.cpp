@@ -56,7 +56,7 @@ void OutputMeter::Feed(SlaveId id, OutputWatch& watch, const DcUnit& dc, const F
   const TimeNs limit = watch.GapLimit(image);
   if (gap.base != TimeBase::kNone && limit > 0 && gap.ns >= limit) {
     OutputGap event = watch.Describe(id, gap);
-    event.uncertainty_ns = trust_.Uncertainty(gap.base);
+    event.uncertainty_ns = trust_.UncertaintyOfPause(gap.base);
     event.after = time.frame;
     event.unreturned = Unreturned(id, watch.last_sent, at_hand.sent().number);
     sink_.Publish(event);
@@ -154,7 +154,7 @@ std::optional<OutputGap> OutputMeter::Pause(SlaveId id, const OutputWatch& watch
   const Interval gap = BetweenBy(TimeBase::kCapture, since, end);
   if (gap.base == TimeBase::kNone) return std::nullopt;
   OutputGap pause = watch.Describe(id, gap);
-  pause.uncertainty_ns = trust_.Uncertainty(gap.base);
+  pause.uncertainty_ns = trust_.UncertaintyOfPause(gap.base);
   return pause;
 }
 

@@ -26,8 +26,12 @@ class TimeTrust {
   [[nodiscard]] const IntervalHistogram* RoundTrips() const { return UsualRoundTrip() ? &round_trips_ : nullptr; }
   /// ns; unset when the clock cannot be trusted at all.
   [[nodiscard]] std::optional<TimeNs> Uncertainty(TimeBase base) const;
+  /// Of a pause, ns: coarse steps make it inexact, not unknown. Unset when the clock cannot be trusted at all.
+  [[nodiscard]] std::optional<TimeNs> UncertaintyOfPause(TimeBase base) const;
 
  private:
+  [[nodiscard]] bool IsCoarse() const;
+
   const Pipeline& pipeline_;
   IntervalHistogram round_trips_;
 };

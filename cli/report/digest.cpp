@@ -38,6 +38,7 @@ FindingDigest DigestOf(const Finding& finding, const AnalysisResult& result) {
   if (finding.first.has_time) out.time = finding.first.time;
   out.related_frames = finding.related_frames;
   out.holds = finding.holds;
+  out.aside = finding.aside;
   if (finding.caused_by < result.findings.size()) out.caused_by = finding.caused_by;
   out.confidence = finding.confidence;
   out.document = PrintableLines(finding.reference.document);
@@ -188,19 +189,22 @@ std::string SlaveLabel(const SlaveNames& names, SlavePos position, std::string_v
 std::optional<MainFinding> MainFindingOf(const CaptureDigest& capture) {
   const std::vector<OrderedFinding> order = OrderForReading(capture);
   if (order.empty()) return std::nullopt;
-  // Of the trees with the worst severity the first that holds something the master wanted, else the first.
+  // Of the trees with the worst severity the first that holds something the master wanted, else the first. An error
+  // aside stands before warnings that hold nothing, no other.
   std::optional<MainFinding> best;
   std::pair<Severity, bool> best_rank;
   for (std::size_t i = 0; i < order.size();) {
     MainFinding tree{order[i].index, order[i].index};
-    bool holds = false;
+    bool holds = false, aside = true;
     do {
       const FindingDigest& f = capture.findings[order[i].index];
       if (f.severity > capture.findings[tree.worst].severity) tree.worst = order[i].index;
       holds = holds || !f.holds.empty();
+      aside = aside && f.aside;
       ++i;
     } while (i < order.size() && order[i].depth > 0);
-    const std::pair rank{capture.findings[tree.worst].severity, holds};
+    const Severity worst = capture.findings[tree.worst].severity;
+    const std::pair rank{aside ? std::min(worst, Severity::kWarning) : worst, holds};
     if (best && rank <= best_rank) continue;
     best = tree;
     best_rank = rank;

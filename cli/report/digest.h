@@ -41,6 +41,7 @@ struct FindingDigest {
   std::optional<TimeNs> time;    ///< of the first frame
   std::vector<FrameNo> related_frames;
   std::string holds;                 ///< rung that the master wanted and did not reach because of it; empty: none
+  bool aside = false;                ///< Finding::aside
   std::size_t caused_by = kNoCause;  ///< place in CaptureDigest::findings
   Confidence confidence = Confidence::kObserved;
   std::string document, section;  ///< of the reference; may be empty

@@ -183,6 +183,7 @@ FindingDigest ReadFinding(JsonValue json, const FindingPlaces& places, SlaveText
   const std::string cause = fields.TextOrNull(json, "caused_by");
   if (!cause.empty()) f.caused_by = places.Find(cause, fields);
   if (json.member("holds").there()) f.holds = fields.TextOrNull(json, "holds");
+  f.aside = json.member("aside").there() && fields.Flag(json, "aside");
   f.confidence = fields.Text(json, "confidence") == "observed" ? Confidence::kObserved : Confidence::kInferred;
   const JsonValue reference = fields.Object(json, "reference");
   f.document = fields.TextOrNull(reference, "document");

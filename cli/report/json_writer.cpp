@@ -311,6 +311,7 @@ void PutFinding(JsonObject& out, const CaptureReport& capture, std::size_t index
   out.Values("related_frames", f.related_frames);
   out.TextOrNull("caused_by", caused ? FindingId(result, f.caused_by) : std::string());
   out.TextOrNull("holds", f.holds);
+  if (f.aside) out.Put("aside", true);
   out.Put("confidence", f.confidence == Confidence::kObserved ? "observed" : "inferred");
   out.Object("arguments", [&](JsonObject& json) { PutArguments(json, f.arguments); });
   if (!f.notes.empty()) out.List("notes", f.notes, &PutNote);

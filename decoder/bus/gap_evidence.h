@@ -79,7 +79,8 @@ inline constexpr auto kGapByTime = [] {
   using F = TimeFact;
   using V = GapVerdict;
   return std::to_array<EvidenceRow<F, V>>({
-      {{F::kOrphan, F::kNext, F::kTimeForRound, F::kFewIndices}, {}, V::kCopyMissing},
+      // A whole round of indices may be missing with the other copy. More likely only that one is.
+      {{F::kOrphan, F::kNext, F::kTimeForRound, F::kFewIndices}, {}, V::kSilenceInFlight},
       {{}, {F::kSilent, F::kOverdue}, V::kNone},
       // If a return is missing as well, the master may have sent at its normal rate all the time.
       {{}, {F::kSilent, F::kTimeForRound}, V::kNone},

@@ -30,10 +30,11 @@ Repeats RepeatsLast(PairingContext& context, std::uint8_t number, const wire::Fr
   if ((!before.is_open() && !before.is_answered()) || before.key != frame.key()) return Repeats::kNo;
   const bool all = before.HoldsBytes(kept);
   if (before.is_open()) return all ? Repeats::kAll : Repeats::kIndex;
-  // Masters that do not number their frames send the same again and again.
+  // Masters that do not number their frames send the same again and again. What came between shows that they went on,
+  // also if it is only a return.
   const FrameRef& last = sender.rhythm.last;
-  const bool again = all && sender.rhythm.indices.was_next() && HasWaited(context, last, frame.ref()) &&
-                     Elapsed(last, frame.ref()) <= threshold::kTimeOutNs;
+  const bool again = all && last.number == before.ref().number && sender.rhythm.indices.was_next() &&
+                     HasWaited(context, last, frame.ref()) && Elapsed(last, frame.ref()) <= threshold::kTimeOutNs;
   return again ? Repeats::kAnswered : Repeats::kNo;
 }
 

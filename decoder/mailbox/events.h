@@ -418,8 +418,9 @@ struct FoeTransfer {
   std::string_view error_text;      ///< untrusted text
   Direction error_by = Direction::kIn;
   std::uint16_t mailbox_error = 0;
-  bool answered = false;  ///< the slave sent anything
-  FrameRef request;       ///< not seen() when it was not captured
+  bool answered = false;     ///< the slave sent anything
+  bool answer_lost = false;  ///< a mailbox read whose frame never returned may have taken its last message
+  FrameRef request;          ///< not seen() when it was not captured
   FrameRef last;
   std::optional<TimeNs> duration;
   Certainty certainty = Certainty::kUnknown;

@@ -69,11 +69,12 @@ void FoeTracker::OnMessage(const MailboxMessage& message, EventSink& sink) {
     open_ = true;
     assumed_ = message.assumed;
     answered_ = false;
-    last_packet_ = false;
+    last_packet_ = may_be_last_ = may_be_whole_ = false;
     longest_ = 0;
     packet_ = foe.parameter == 0 ? 0 : foe.parameter - (foe.operation == FoeOperation::kData ? 1U : 0U);
   }
   transfer_.last = message.frame();
+  answer_lost_ = false;
   if (message.direction == Direction::kIn) answered_ = true;
   switch (foe.operation) {
     case FoeOperation::kData:
@@ -114,9 +115,10 @@ void FoeTracker::Begin(const MailboxMessage& message, const FoeMessage& foe, Eve
   open_ = true;
   assumed_ = message.assumed;
   answered_ = false;
-  last_packet_ = false;
+  last_packet_ = may_be_last_ = may_be_whole_ = false;
   packet_ = 0;
   longest_ = 0;
+  answer_lost_ = false;
 }
 
 void FoeTracker::OnData(const MailboxMessage& message, const FoeMessage& foe) {
@@ -134,6 +136,8 @@ void FoeTracker::OnData(const MailboxMessage& message, const FoeMessage& foe) {
   transfer_.bytes += foe.data.size();
   const auto length = static_cast<std::uint32_t>(foe.data.size());
   last_packet_ = !FillsMailbox(message, foe.data.size());
+  may_be_last_ = !last_packet_ && longest_ == 0 && LengthOf(message.direction) == 0;
+  may_be_whole_ = false;
   longest_ = std::max(longest_, length);
 }
 
@@ -148,10 +152,12 @@ void FoeTracker::OnAcknowledge(const MailboxMessage& message, const FoeMessage& 
     return;
   }
   if (last_packet_) Close(FoeTransfer::Outcome::kCompleted, sink);
+  may_be_whole_ = open_ && may_be_last_;
 }
 
 bool FoeTracker::FillsMailbox(const MailboxMessage& message, std::size_t data_bytes) const {
-  const std::uint16_t mailbox = message.direction == Direction::kOut ? out_length_ : in_length_;
+  const std::uint16_t mailbox = LengthOf(message.direction);
+  if (data_bytes == 0) return false;
   if (mailbox != 0) return data_bytes + kFoeHeaderBytes + kHeaderBytes >= mailbox;
   return longest_ == 0 || data_bytes >= longest_;
 }
@@ -174,8 +180,13 @@ void FoeTracker::End(TransferEnd why, EventSink& sink) {
 }
 
 void FoeTracker::Close(FoeTransfer::Outcome outcome, EventSink& sink) {
+  OnReadLost(doubtful_read_);
   open_ = false;
+  transfer_.answer_lost = answer_lost_;
   transfer_.outcome = assumed_ ? FoeTransfer::Outcome::kNotCaptured : outcome;
+  // One packet that was acknowledged, and nothing followed: it was the last one.
+  const bool cut_off = outcome != FoeTransfer::Outcome::kError && outcome != FoeTransfer::Outcome::kMailboxError;
+  if (!assumed_ && may_be_whole_ && cut_off) transfer_.outcome = FoeTransfer::Outcome::kCompleted;
   transfer_.answered = answered_;
   transfer_.file_name = name_;
   transfer_.error_text = error_text_;

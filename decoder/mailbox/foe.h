@@ -77,6 +77,13 @@ class FoeTracker {
   void OnMessage(const MailboxMessage& message, EventSink& sink);
   /// The slave answered with a mailbox error reply.
   void OnMailboxError(std::uint16_t detail, const FrameRef& frame, EventSink& sink);
+  /// A mailbox read sent in this frame never returned: it may have taken an acknowledge or data with it.
+  void OnReadLost(FrameNo sent) { answer_lost_ = answer_lost_ || (open_ && sent > transfer_.last.number); }
+  /// It was overtaken, and may return still; and it did.
+  void OnReadDoubtful(FrameNo sent) { doubtful_read_ = sent; }
+  void OnReadBack(FrameNo sent) {
+    if (sent == doubtful_read_) doubtful_read_ = 0;
+  }
   /// Ends an open transfer.
   void End(TransferEnd why, EventSink& sink);
 
@@ -86,6 +93,9 @@ class FoeTracker {
   void Begin(const MailboxMessage& message, const FoeMessage& foe, EventSink& sink);
   void OnData(const MailboxMessage& message, const FoeMessage& foe);
   void OnAcknowledge(const MailboxMessage& message, const FoeMessage& foe, EventSink& sink);
+  [[nodiscard]] std::uint16_t LengthOf(Direction direction) const {
+    return direction == Direction::kOut ? out_length_ : in_length_;
+  }
   [[nodiscard]] bool FillsMailbox(const MailboxMessage& message, std::size_t data_bytes) const;
   void Close(FoeTransfer::Outcome outcome, EventSink& sink);
 
@@ -95,7 +105,11 @@ class FoeTracker {
   bool open_ = false;
   bool assumed_ = false;
   bool answered_ = false;
+  bool answer_lost_ = false;  ///< since the last message
+  FrameNo doubtful_read_ = 0;
   bool last_packet_ = false;   ///< the current packet is the last one
+  bool may_be_last_ = false;   ///< ... or not: the size of the mailbox is not known, and it is the first one
+  bool may_be_whole_ = false;  ///< ... and it was acknowledged
   std::uint32_t packet_ = 0;   ///< number of the latest data packet
   std::uint32_t longest_ = 0;  ///< bytes of the longest packet so far
   FoeTransfer transfer_;

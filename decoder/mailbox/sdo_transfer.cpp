@@ -105,7 +105,7 @@ void SdoTransferTracker::OnRequest(const MailboxMessage& message, const SdoMessa
     OnAbort(message, sdo, sink);
     return;
   }
-  if (open()) Close(Unfinished(SdoOutcome::kSuperseded), sink);
+  if (open()) Close(GoesOnTo(sdo) ? SdoOutcome::kNotCaptured : Unfinished(SdoOutcome::kSuperseded), sink);
   Begin(ServiceOf(sdo.kind));
   assumed_ = message.assumed;
   transfer_.certainty = message.certainty;
@@ -130,6 +130,16 @@ void SdoTransferTracker::OnRequest(const MailboxMessage& message, const SdoMessa
                                  : SdoTransferKind::kSegmented;
   // Without answers in the capture nothing more will be learnt; later events may depend on the order.
   if (assumed_ && whole) Close(SdoOutcome::kNotCaptured, sink);
+}
+
+/// The answer may have been in a frame whose return is not in the capture, and the master goes on to another object as
+/// it does after a download that the slave accepted.
+bool SdoTransferTracker::GoesOnTo(const SdoMessage& next) const {
+  const bool download = transfer_.service == SdoService::kDownload && transfer_.has_object;
+  const bool whole = !transfer_.declared_size || transfer_.size >= *transfer_.declared_size;
+  if (!download || !whole || state_ != State::kInitiated) return false;
+  if (!transfer_.answer_lost && doubtful_read_ <= transfer_.last.number) return false;
+  return next.has_object && (next.index != transfer_.index || next.subindex != transfer_.subindex);
 }
 
 void SdoTransferTracker::OnSegmentRequest(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink) {

@@ -4,7 +4,9 @@
 /// Out:  SdoTransfer when it completes, is aborted or given up; SdoUnexpected for answers that belong to none.
 /// Keeps: one open transfer (a slave handles one at a time), at most kMaxStoredBytes of its data; more is counted.
 /// Unknown: a segment whose initiate was not captured yields a transfer with certainty unknown and no object. An answer
-///   without a captured request yields one with certainty inferred when nothing is known to have come before.
+///   without a captured request yields one with certainty inferred when nothing is known to have come before. The
+///   answer to a download may be missing because the capture misses a frame: if the master goes on to another object,
+///   the outcome is kNotCaptured, as without answers.
 /// Source: ETG.1000.6 5.6.2; esc-reference 8.4.
 #pragma once
 
@@ -67,6 +69,7 @@ class SdoTransferTracker {
   void OnAbort(const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink);
   void CheckService(const MailboxMessage& message, const SdoMessage& sdo);
   [[nodiscard]] bool Answers(const SdoMessage& sdo) const;
+  [[nodiscard]] bool GoesOnTo(const SdoMessage& next) const;
   [[nodiscard]] bool SameObject(const SdoMessage& sdo) const;
   void Unexpected(SdoUnexpected::Reason reason, const MailboxMessage& message, const SdoMessage& sdo, EventSink& sink);
 

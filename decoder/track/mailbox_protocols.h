@@ -25,10 +25,19 @@ class MailboxProtocols {
   /// How long messages can be, 0 where that is not known.
   void SetMailboxLengths(std::uint16_t out, std::uint16_t in) { foe_.SetMailboxLengths(out, in); }
   /// A read sent in this frame never returned.
-  void OnReadLost(FrameNo sent) { sdo_.OnReadLost(sent); }
+  void OnReadLost(FrameNo sent) {
+    sdo_.OnReadLost(sent);
+    foe_.OnReadLost(sent);
+  }
   /// It was overtaken, and may return still; and it did.
-  void OnReadDoubtful(FrameNo sent) { sdo_.OnReadDoubtful(sent); }
-  void OnReadBack(FrameNo sent) { sdo_.OnReadBack(sent); }
+  void OnReadDoubtful(FrameNo sent) {
+    sdo_.OnReadDoubtful(sent);
+    foe_.OnReadDoubtful(sent);
+  }
+  void OnReadBack(FrameNo sent) {
+    sdo_.OnReadBack(sent);
+    foe_.OnReadBack(sent);
+  }
   /// The out mailbox is full, and not of anything that is known to be written.
   void OnUnknownRequest() { sdo_.ForgetHistory(); }
   /// What is open ends.

@@ -42,6 +42,7 @@ Certainty CertaintyOf(Acceptance acceptance) {
 
 void MailboxTracker::SetWindow(const MailboxWindow& window, const FrameRef& frame) {
   if (window == window_) return;
+  if (in_.use == MailboxUse::kOn) left_ = {in_.start, in_.length, frame.number};
   window_ = window;
   const bool out_changed = out_.Configure(window.out_start, window.out_length, window.out_use);
   const bool in_changed = in_.Configure(window.in_start, window.in_length, window.in_use);
@@ -167,6 +168,10 @@ void MailboxTracker::OnUnconfiguredWrite(const SlaveAccess& access) {
 }
 
 void MailboxTracker::OnRead(const SlaveAccess& access) {
+  if (access.acceptance == Acceptance::kUnknown && left_.Held(access)) {
+    PublishLostRead(access);
+    return;
+  }
   if (in_.use != MailboxUse::kOn) {
     OnUnconfiguredRead(access);
     return;
@@ -266,9 +271,13 @@ void MailboxTracker::OnEmptyRead(const FrameRef& frame) {
 }
 
 void MailboxTracker::OnLostRead(const SlaveAccess& access) {
-  ++counters_.lost_reads;
   in_.open = false;
   in_.counter_known = false;
+  PublishLostRead(access);
+}
+
+void MailboxTracker::PublishLostRead(const SlaveAccess& access) {
+  ++counters_.lost_reads;
   mailbox::MailboxReadLost event;
   event.slave = slave_;
   event.frame = access.frame();

@@ -79,6 +79,7 @@ class MailboxTracker {
   void OnRegisters(const SlaveAccess& access);
   void OnEmptyRead(const FrameRef& frame);
   void OnLostRead(const SlaveAccess& access);
+  void PublishLostRead(const SlaveAccess& access);
   [[nodiscard]] static bool IsMessage(const MailboxBox& box, mailbox::Direction direction, ByteSpan bytes);
   void OnUnconfiguredWrite(const SlaveAccess& access);
   void OnUnconfiguredRead(const SlaveAccess& access);
@@ -97,9 +98,22 @@ class MailboxTracker {
   void Count(const mailbox::MailboxMessage& message);
   void EndAll(mailbox::TransferEnd why, const FrameRef& frame);
 
+  /// Where the in mailbox was until it was set otherwise: that a frame was lost is known only some frames later.
+  struct LeftWindow {
+    EscAddress start = 0;
+    std::uint16_t length = 0;
+    FrameNo until = 0;
+
+    [[nodiscard]] bool Held(const SlaveAccess& access) const {
+      return access.sent.seen() && access.sent.number < until && access.address >= start &&
+             access.address < std::uint32_t{start} + length;
+    }
+  };
+
   SlaveId slave_;
   EventSink& sink_;
   MailboxWindow window_;
+  LeftWindow left_;
   Allowance box_bytes_;
   MailboxBox out_;
   MailboxBox in_;

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "analyzers/judge/process_data_pauses.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/bus_model.h"
@@ -30,15 +31,18 @@ the reason of the slave is not in the capture.][ If the slave set the error by i
 manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])";
 constexpr std::string_view kNext =
     R"([{?al_status_code}Correct what the AL status code names.][{!al_status_code}{!no_code}Read the AL status
-code (0x0134).] Acknowledge the error (bit 4 of AL Control), then request the states in order.[{!no_error_frame} To see
-how the error began, capture from the start of the master on.])";
+code (0x0134).] Acknowledge the error (bit 4 of AL Control), then request the states in order.[{?reason} Find
+out why the master paused.][{!no_error_frame}{!reason} To see how the error began, capture from the start of the master
+on.])";
 
-constexpr FindingKind kActiveWhenFirstSeen{
-    .name = "active-when-first-seen",
-    .title = "{al_status} active when first seen[, AL status code {al_status_code}]",
-    .message = kMessage,
-    .next = kNext,
-    .identity = "al_status al_status_code"};
+constexpr FindingKind kActiveWhenFirstSeen{.name = "active-when-first-seen",
+                                           .title =
+                                               "{al_status}[{!reason} active] when first seen[{?reason} "
+                                               "({al_status_code:number}): maybe {reason}[ ({reason_value})]]"
+                                               "[{!reason}[, AL status code {al_status_code}]]",
+                                           .message = kMessage,
+                                           .next = kNext,
+                                           .identity = "al_status al_status_code"};
 
 constexpr FindingKind kActiveWhenSeenAgain{
     .name = "active-when-seen-again",
@@ -65,7 +69,7 @@ constexpr NoteKind kNotAcknowledged{.name = "not-acknowledged",
                                     .text = "The master went on without acknowledging the error."};
 
 constexpr const FindingKind* kKinds[] = {&kActiveWhenFirstSeen, &kActiveWhenSeenAgain, &kActiveOnBus};
-constexpr const NoteKind* kNotes[] = {&kMayBeEcho, &kNotAcknowledged};
+constexpr const NoteKind* kNotes[] = {&kMayBeEcho, &kNotAcknowledged, &kAllPaused};
 
 constexpr Word kErrorBit{"error-bit", "the error bit in AL Status"};
 constexpr Word kAfterAcknowledge{"al-status-after-acknowledge", "AL Status after the acknowledge"};
@@ -109,6 +113,9 @@ Many masters find an error when they scan the bus. They acknowledge it (bit 4 of
 before any of these, and the error ends. That is a normal start-up and no finding. There is no finding either if the
 capture ends before the answer to the acknowledge.
 
+For 0x001B of a slave whose FMMUs are not in the capture, a pause of all process data before the first read is named as
+possible cause.
+
 Slaves without a processor (0x0141 bit 0, device emulation) echo the acknowledge bit. That is no error. A slave has a
 processor if it gives an AL status code, has a mailbox, or belongs to a known family. For other slaves:
 
@@ -148,7 +155,10 @@ class AlErrorStanding final : public Rule {
     Subscribe<model::AlAnswered>(&AlErrorStanding::On);
   }
 
-  void On(const track::LogicalAccess& e) { flows_ = flows_ || (e.returned.seen() && e.wkc > 0); }
+  void On(const track::LogicalAccess& e) {
+    flows_ = flows_ || (e.returned.seen() && e.wkc > 0);
+    pauses_.On(e);
+  }
 
   void On(const model::AlErrorStands& e) {
     Standing& s = Of(e.slave);
@@ -157,6 +167,7 @@ class AlErrorStanding final : public Rule {
       s.status = e.status;
       s.reads = 1;
       s.flowing = flows_;
+      s.paused = pauses_.ReasonOf(context(), e.slave, e.well_until, e.frame);
       s.exchanged = Exchanged(e.slave);
       s.no_error_until = e.well_until;
     }
@@ -299,7 +310,8 @@ class AlErrorStanding final : public Rule {
     FrameNo no_error_until = 0;   ///< last frame that shows it without error, out of sight since; 0: none
     std::uint16_t slaves = 0;     ///< of the bus: how many counted
     bool flowing = false;         ///< process data flowed before the first read
-    bool ignored = false;         ///< the master did something else since
+    std::optional<ProcessDataPauses::Pause> paused;  ///< ... and paused
+    bool ignored = false;                            ///< the master did something else since
     bool acknowledged = false;
     bool from_init = false;  ///< by a request of INIT
     bool gone = false;       ///< acknowledged; the next request shows whether the master goes on from there
@@ -409,6 +421,10 @@ class AlErrorStanding final : public Rule {
       finding.Set("no_code", arg::Flag());
     }
     if (s.ignored) finding.Add(kNotAcknowledged);
+    if (s.paused && s.code == kWatchdogCode && InSafeop(s)) {
+      finding.Set("reason", arg::Of(kWhyPaused)).Set("reason_value", arg::Ms(s.paused->length()));
+      finding.notes.push_back(NoteOf(*s.paused));
+    }
     return Report(s.status.raw, std::move(finding));
   }
 
@@ -446,6 +462,9 @@ class AlErrorStanding final : public Rule {
     Report(0, std::move(finding));
   }
 
+  static constexpr std::uint16_t kWatchdogCode = 0x001B;
+
+  ProcessDataPauses pauses_;
   std::vector<Standing> slaves_;
   std::vector<bool> owners_;              // of each slave: its last read showed the error bit
   Standing all_;                          // what broadcast reads show of all slaves

@@ -250,7 +250,8 @@ class AlRefused final : public Rule {
   }
   /// It requests only the end of the error.
   [[nodiscard]] static bool IsAcknowledge(const model::AlAnswered& e) {
-    return e.request.from == e.request.control.state() && e.request.control.bit4();
+    const std::uint8_t from = e.request.from != 0 ? e.request.from : e.status.state();
+    return from == e.request.control.state() && e.request.control.bit4();
   }
 
   void AddCode(FindingIndex index, const FrameRef& frame, std::uint16_t code) {

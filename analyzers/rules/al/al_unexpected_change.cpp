@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/process_data_pauses.h"
 #include "analyzers/judge/refusal_reasons.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -20,7 +21,8 @@ namespace {
 // Of one slave.
 constexpr std::string_view kMessage =
     R"([{!before_requested}AL Status is {al_status_before} in {before_frame}, and {al_status} ({al_status:number}) in
-{frame}. No request of the master explains that.][{?before_requested}The master requested {al_status_before} in
+{frame}. [{!may_be_asked}No request of the master explains that.][{?may_be_asked}The capture holds no request of the
+master that explains that: it may have been sent before the capture began.]][{?before_requested}The master requested {al_status_before} in
 {before_frame} and did not read AL Status until {frame}. Then it is {al_status} ({al_status:number}).][ The AL status code (0x0134) is {al_status_code}.][ The cause by
 [{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])";
 constexpr std::string_view kNext =
@@ -40,14 +42,16 @@ constexpr FindingKind kDropped{
     .name = "dropped",
     .title =
         "Drops from {al_status_before} to {al_status}[{?reason} ({al_status_code:number}): "
-        "[{?reason_inferred}maybe ]{reason}][{!reason} by itself[, AL status code {al_status_code}]]",
+        "[{?reason_inferred}maybe ]{reason}[ ({reason_value})]][{!reason} by itself[, AL status code "
+        "{al_status_code}]]",
     .message = kMessage,
     .next = kNext,
     .identity = "al_status_before al_status al_status_code"};
 
 constexpr FindingKind kErrorBitSet{
     .name = "error-bit-set",
-    .title = "Error bit set in {al_status_before} without a request[, AL status code {al_status_code}]",
+    .title =
+        "Error bit set in {al_status_before}[{!may_be_asked} without a request][, AL status code {al_status_code}]",
     .message = kMessage,
     .next = kNext,
     .identity = "al_status_before al_status al_status_code"};
@@ -103,7 +107,7 @@ constexpr NoteKind kSlaveNotKnown{
 the master read {excluded?it|them}, and {excluded?it does|they do} not show the change.])"};
 
 constexpr const FindingKind* kKinds[] = {&kDropped, &kErrorBitSet, &kAllDropped, &kDroppedOnBus, &kErrorBitOnBus};
-constexpr const NoteKind* kOwnNotes[] = {&kCodeNotRead,  &kErrorOfSome,   &kUndefinedState,
+constexpr const NoteKind* kOwnNotes[] = {&kAllPaused,    &kCodeNotRead,   &kErrorOfSome,  &kUndefinedState,
                                          &kMayBeRestart, &kOnlySlaveLeft, &kSlaveNotKnown};
 constexpr auto kNotes = refusal::With(kOwnNotes);
 
@@ -136,6 +140,10 @@ moment at which the machine stopped.
 - The state before was read.
 - No request since then leads to the new state, not even over intermediate states.
 - No request is in flight or lost.
+- If the error bit appears in the same state soon after the capture began, and the capture holds no request, the slave
+  may have refused one that was sent before: the finding is inferred.
+- For 0x001B of a slave whose FMMUs are not in the capture, a pause of all process data on the bus is named as possible
+  cause: the finding is inferred.
 
 The event happened between the last good read and this one. If the master requested OP and did not read AL Status
 before it requested a lower state, a watchdog code (0x001B) shows that the slave was in OP: the finding is inferred. A
@@ -152,6 +160,7 @@ A broadcast read counts if its result shows the state of every slave. Otherwise 
 The rule is not evaluated if a request may be missing in the capture:
 
 - The capture misses many packets (returned frames without an outbound copy, indices that skip).
+- The state dropped without the error bit soon after the capture began, and the capture holds no request.
 - The state dropped without the error bit in a long pause, and the indices do not show whether frames are missing there.
 - The state dropped without the error bit, and the slave rose to a higher state before without a request. No slave rises
   by itself, so the capture does not hold all requests (a filter chose its packets).
@@ -178,7 +187,10 @@ class AlUnexpectedChange final : public Rule {
     Subscribe<model::AlErrorCleared>(&AlUnexpectedChange::On);
     Subscribe<model::AlAnswered>(&AlUnexpectedChange::On);
     Subscribe<model::BusAlChanged>(&AlUnexpectedChange::On);
+    Subscribe<track::LogicalAccess>(&AlUnexpectedChange::On);
   }
+
+  void On(const track::LogicalAccess& e) { pauses_.On(e); }
 
   void On(const model::AlChangedByItself& e) {
     const bool of_all = e.error_of_some && !e.after_pause && context().slave_count() > 1;
@@ -330,6 +342,10 @@ class AlUnexpectedChange final : public Rule {
       NotEvaluable(e.slave, ReasonCode::kMissesPackets, kRequest, e.frame.number);
       return;
     }
+    if (e.may_be_asked && !e.status.bit4() && !e.error_of_some) {
+      NotEvaluable(e.slave, ReasonCode::kNotInCapture, kRequest, e.frame.number);
+      return;
+    }
     // A slave never rises by itself: the capture does not hold every request.
     if (e.rose_unasked != 0 && !e.status.bit4() && !e.error_of_some) {
       NotEvaluable(e.slave, ReasonCode::kNotInCapture, kRequest, e.frame.number);
@@ -393,8 +409,20 @@ class AlUnexpectedChange final : public Rule {
                                                       .code = code,
                                                       .shown = reported.change.frame.number,
                                                       .held_since = reported.change.before_first});
+    if (code == kWatchdogCode && reported.reasons.reason == nullptr) AddPause(reported);
     Describe(context().store[index], reported);
     AddRelated(context().store[index], frame.number == context().store[index].first.number ? 0 : frame.number);
+  }
+
+  void AddPause(Reported& reported) const {
+    const model::AlChangedByItself& e = reported.change;
+    if (e.before.state() != kOp) return;
+    const std::optional<ProcessDataPauses::Pause> pause = pauses_.ReasonOf(context(), e.slave, e.before_since, e.frame);
+    if (!pause) return;
+    reported.reasons.reason = &kWhyPaused;
+    reported.reasons.value = arg::Ms(pause->length());
+    reported.reasons.inferred = true;
+    reported.reasons.notes.push_back(NoteOf(*pause));
   }
 
   /// Called again when the error bit or the code is read later.
@@ -406,6 +434,10 @@ class AlUnexpectedChange final : public Rule {
         .Set("before_frame", arg::Frame(e.before_since));
     if (e.before_requested) {
       finding.Set("before_requested", arg::Flag());
+      finding.confidence = Confidence::kInferred;
+    }
+    if (e.may_be_asked) {
+      finding.Set("may_be_asked", arg::Flag());
       finding.confidence = Confidence::kInferred;
     }
     finding.Set("advice", arg::Of(AdviceFor(e)));
@@ -451,6 +483,7 @@ class AlUnexpectedChange final : public Rule {
 
   static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 40U;
   static constexpr std::uint16_t kErrorBit = 0x10;
+  static constexpr std::uint16_t kWatchdogCode = 0x001B;
   static constexpr auto kInit = static_cast<std::uint8_t>(esc::AlState::INIT);
   static constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
   static constexpr auto kOp = static_cast<std::uint8_t>(esc::AlState::OP);
@@ -459,6 +492,7 @@ class AlUnexpectedChange final : public Rule {
   std::vector<FindingIndex> open_;                 // of each slave: whose repetitions and code are awaited
   FindingIndex all_ = kNoFinding;                  // all slaves dropped, and none has left that state
   std::map<FindingIndex, Reported> reported_;
+  ProcessDataPauses pauses_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlUnexpectedChange>};

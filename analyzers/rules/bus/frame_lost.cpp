@@ -99,6 +99,8 @@ Check for other traffic on the EtherCAT port (the message reports packets that f
 connectors, and link errors at the slaves (0x0300-0x0313).
 )"};
 
+/// One frame of that number may be lost without being what stopped the machine.
+constexpr std::uint64_t kRareOneIn = 300;
 /// From this number in a row on, they are reported.
 constexpr std::uint64_t kManyInARow = 3;
 
@@ -211,6 +213,7 @@ class FrameLost final : public Rule {
         .Set("outbound_frames", arg::Count(pairing.outbound, "frame"))
         .Set("master_went_on", arg::Flag(silent_ == total_));
     DescribeRow(finding);
+    finding.aside = !with_change && longest_.frames < kManyInARow && total_ * kRareOneIn <= pairing.outbound;
     if (followed_by_other_ > 0) {
       finding.Set("followed_by_other_traffic", arg::Number(static_cast<std::int64_t>(followed_by_other_)))
           .Set("each_followed", arg::Flag(followed_by_other_ == total_))

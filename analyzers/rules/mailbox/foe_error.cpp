@@ -157,6 +157,10 @@ class FoeError final : public Rule {
         break;
     }
     if (t.outcome != Outcome::kError && !t.answered) return;
+    if (t.outcome != Outcome::kError && t.answer_lost) {
+      NotEvaluable(t.slave, ReasonCode::kNeverReturned, kEndOfTransfer, frame.number);
+      return;
+    }
     if (t.outcome != Outcome::kError && MissesAny(context().pairing())) {
       NotEvaluable(t.slave, ReasonCode::kMissesPackets, kEndOfTransfer, frame.number);
       return;

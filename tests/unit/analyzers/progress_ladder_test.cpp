@@ -100,6 +100,14 @@ TEST(ProgressLadder, AxisThatNobodyEnablesIsNotAskedFor) {
   EXPECT_EQ(AxisOf(result).Failed(), nullptr);
 }
 
+/// Without it, that the master asks for nothing is not known.
+TEST(ProgressLadder, AxisWithoutControlWordIsUnknown) {
+  const AnalysisResult result = AnalyseRule("drive-not-enabled/unknown-3");
+  EXPECT_EQ(StatusOf(AxisOf(result), "voltage"), "unknown");
+  EXPECT_EQ(StatusOf(AxisOf(result), "enabled"), "unknown");
+  EXPECT_EQ(WhyOf(AxisOf(result), "enabled"), "no-control-word");
+}
+
 TEST(ProgressLadder, FaultIsNeverWithoutFault) {
   const AnalysisResult result = AnalyseRule("drive-not-enabled/violates-2");
   EXPECT_EQ(StatusOf(AxisOf(result), "no-fault"), "not-reached");

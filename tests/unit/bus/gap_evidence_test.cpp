@@ -41,7 +41,7 @@ TEST(GapEvidence, TimeRowByRow) {
   using F = TimeFact;
   using V = GapVerdict;
   ExpectRows<F, V>(kGapByTime, {
-                                   {{F::kOrphan, F::kNext, F::kTimeForRound, F::kFewIndices}, V::kCopyMissing},
+                                   {{F::kOrphan, F::kNext, F::kTimeForRound, F::kFewIndices}, V::kSilenceInFlight},
                                    {{F::kOrphan, F::kTimeForRound}, V::kNone},
                                    {{F::kOverdue, F::kNext, F::kFewIndices}, V::kNone},
                                    {{F::kSilent, F::kNext, F::kFewIndices}, V::kNone},

@@ -102,6 +102,23 @@ TEST(VerdictLine, WhatHoldsLeadsAmongItsEquals) {
   EXPECT_THAT(Line(capture), StartsWith("PASS "));
 }
 
+/// One frame of thousands was lost, and nothing followed from it.
+TEST(VerdictLine, AnErrorAsideLeadsBeforeWhatHoldsNothing) {
+  CaptureReport capture = RefusedSafeop();
+  capture.result.findings = {MakeFinding("frame-x", Severity::kError, 7, 5),
+                             MakeFinding("drive-x", Severity::kWarning, 7, 6)};
+  capture.result.findings[0].aside = true;
+  EXPECT_THAT(Line(capture), HasSubstr("title of frame-x"));
+  capture.result.findings[1].holds = "enabled";
+  EXPECT_THAT(Line(capture), HasSubstr("title of drive-x"));
+  EXPECT_THAT(Line(capture), StartsWith("FAIL "));
+  capture.result.findings[0].aside = false;
+  EXPECT_THAT(Line(capture), HasSubstr("title of frame-x"));
+  capture.result.findings[0].aside = true;
+  capture.result.findings[1] = MakeFinding("drive-x", Severity::kError, 7, 6);
+  EXPECT_THAT(Line(capture), HasSubstr("title of drive-x"));
+}
+
 TEST(VerdictLine, TheRootCauseLeads) {
   CaptureReport capture = RefusedSafeop();
   test::SetTexts(capture.result.findings[0], "SAFEOP refused");

@@ -318,6 +318,22 @@ TEST_F(SdoTransferTest, LostReadInTheCaptureLeavesAGapInTheData) {
   EXPECT_FALSE(Only().size_mismatch);
 }
 
+/// The master has the answer that the capture lacks: it goes on to the next entry.
+TEST_F(SdoTransferTest, DownloadWhoseAnswerMayBeLostIsTakenForAcceptedWhenTheMasterGoesOn) {
+  Out("0020 23001a0320007760");
+  tracker_.OnReadLost(2);
+  Out("0020 23001a0420006c60");
+  EXPECT_EQ(Only().outcome, SdoOutcome::kNotCaptured);
+  EXPECT_EQ(Only().bytes, FromHex("20007760"));
+  sink_.transfers.clear();
+  tracker_.OnReadLost(3);
+  Out("0020 23001a0420006c60");  // it repeats itself: it has no answer
+  EXPECT_EQ(Only().outcome, SdoOutcome::kSuperseded);
+  sink_.transfers.clear();
+  Out("0020 23001a0508006160");  // no read was lost: the slave did not answer
+  EXPECT_EQ(Only().outcome, SdoOutcome::kSuperseded);
+}
+
 TEST_F(SdoTransferTest, SegmentRepeatedWithoutAnswerIsStoredOnce) {
   Out("0020 21f12f0007000000");
   In("0030 60f12f0000000000");
