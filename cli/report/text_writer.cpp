@@ -370,26 +370,47 @@ class CaptureText {
     return text + rest;
   }
 
-  /// "PREOP #400 at 0.399 s", not broken over lines.
-  [[nodiscard]] std::string StoryStep(const AlStep& step) const {
-    std::string text = StepText(step);
-    if (step.frame.seen()) {
-      text += " #" + std::to_string(step.frame.number);
-      if (const std::string moment = Moment(step.frame, 3); !moment.empty()) text += " at " + moment;
-    }
+  /// A step of the AL history, or the same request several times.
+  struct ShownStep {
+    const AlStep* step = nullptr;
+    const AlStep* last = nullptr;
+    std::size_t times = 1;
+  };
+
+  /// "#400 at 0.399 s"; empty if the frame is not known.
+  [[nodiscard]] std::string Place(const FrameRef& frame) const {
+    if (!frame.seen()) return {};
+    const std::string moment = Moment(frame, 3);
+    return " #" + std::to_string(frame.number) + (moment.empty() ? "" : " at " + moment);
+  }
+
+  /// "PREOP #400 at 0.399 s", "PREOP requested 70 times #5 at 0.002 s to #281 at 0.140 s", not broken over lines.
+  [[nodiscard]] std::string StoryStep(const ShownStep& shown) const {
+    std::string text = StepText(*shown.step);
+    if (shown.times > 1) text += " " + std::to_string(shown.times) + " times";
+    text += Place(shown.step->frame);
+    if (shown.times > 1 && shown.last->frame.seen()) text += " to" + Place(shown.last->frame);
     std::replace(text.begin(), text.end(), ' ', kHardSpace);
     return text;
   }
 
+  static bool SameRequest(const AlStep& a, const AlStep& b) {
+    return a.kind == AlStep::Kind::kRequest && b.kind == AlStep::Kind::kRequest && a.to == b.to &&
+           a.refused_by_wkc == b.refused_by_wkc;
+  }
+
   /// What to show of `history`: a request that is followed by the requested state needs no line.
-  [[nodiscard]] static std::vector<const AlStep*> NotableSteps(const std::vector<AlStep>& history) {
-    std::vector<const AlStep*> steps;
-    for (std::size_t i = 0; i < history.size(); ++i) {
-      const AlStep& step = history[i];
-      const bool request = step.kind == AlStep::Kind::kRequest;
-      const bool followed = request && i + 1 < history.size() && history[i + 1].kind == AlStep::Kind::kState &&
-                            history[i + 1].to == esc::AlWord{step.to}.state();
-      if (!followed) steps.push_back(&step);
+  [[nodiscard]] static std::vector<ShownStep> NotableSteps(const std::vector<AlStep>& history) {
+    std::vector<ShownStep> steps;
+    for (std::size_t i = 0; i < history.size();) {
+      std::size_t end = i + 1;
+      while (end < history.size() && SameRequest(history[i], history[end])) ++end;
+      const bool request = history[i].kind == AlStep::Kind::kRequest;
+      const bool followed = request && end == i + 1 && end < history.size() &&
+                            history[end].kind == AlStep::Kind::kState &&
+                            history[end].to == esc::AlWord{history[i].to}.state();
+      if (!followed) steps.push_back({&history[i], &history[end - 1], end - i});
+      i = end;
     }
     return steps;
   }
@@ -398,7 +419,7 @@ class CaptureText {
     if (s.al_history.empty()) {
       return s.al_status ? esc::StatusText(*s.al_status) + " throughout" : "never read in this capture";
     }
-    const std::vector<const AlStep*> steps = NotableSteps(s.al_history);
+    const std::vector<ShownStep> steps = NotableSteps(s.al_history);
     const std::size_t n = steps.size();
     const bool shortened = n > kStoryHead + kStoryTail + 1;
     std::string text;
@@ -408,7 +429,7 @@ class CaptureText {
         text += "[" + Count(n - kStoryHead - kStoryTail, "more step") + "]" + kArrow;
         i = n - kStoryTail;
       }
-      text += StoryStep(*steps[i]);
+      text += StoryStep(steps[i]);
     }
     if (s.al_history_left_out > 0) text += kArrow + "[" + Count(s.al_history_left_out, "later step") + " not kept]";
     return text;

@@ -62,10 +62,15 @@ GapBefore CaptureGaps::Follow(std::uint8_t number, const wire::FrameView& frame,
     time.Set(TimeFact::kLongSilence, apart > threshold::kSilentNs);
     verdict = Decide(kGapByTime, time);
   }
-  return Apply(verdict, number, frame.ref());
+  if (verdict == GapVerdict::kNone) return GapBefore::kNone;
+  const bool whole = context_.statistics.unmatched_returned == 0 && context_.statistics.lost == 0;
+  const bool matched = whole && context_.senders[number].answered() &&
+                       !context_.sent.AnyOpen([&](const SentFrame& sent) { return sent.sender == number; });
+  return Apply(verdict, number, frame.ref(),
+               next && !orphan && matched && rhythm.indices.span() >= threshold::kRoundIndices);
 }
 
-GapBefore CaptureGaps::Apply(GapVerdict verdict, std::uint8_t number, const FrameRef& at) noexcept {
+GapBefore CaptureGaps::Apply(GapVerdict verdict, std::uint8_t number, const FrameRef& at, bool rounds) noexcept {
   switch (verdict) {
     case GapVerdict::kNone:
     case GapVerdict::kAskTime:
@@ -84,14 +89,14 @@ GapBefore CaptureGaps::Apply(GapVerdict verdict, std::uint8_t number, const Fram
       break;
     case GapVerdict::kSilenceInFlight:
       DoubtInFlight(number, Undecided::kSilence);
-      break;
+      return rounds ? GapBefore::kRounds : GapBefore::kPossible;
     case GapVerdict::kMaySkip:
       context_.statistics.CountSkip(at);
       return GapBefore::kSkip;
     case GapVerdict::kNumbersSkip:
       return GapBefore::kSkip;
     case GapVerdict::kSilence:
-      break;
+      return rounds ? GapBefore::kRounds : GapBefore::kPossible;
   }
   return GapBefore::kPossible;
 }

@@ -27,7 +27,9 @@ class CaptureGaps {
   [[nodiscard]] GapBefore AppearsLate(const Sender& master, const wire::FrameView* sent, const FrameRef& at) noexcept;
 
  private:
-  [[nodiscard]] GapBefore Apply(GapVerdict verdict, std::uint8_t number, const FrameRef& at) noexcept;
+  /// @param rounds  only whole rounds of indices can be missing, see GapBefore::kRounds
+  [[nodiscard]] GapBefore Apply(GapVerdict verdict, std::uint8_t number, const FrameRef& at,
+                                bool rounds = false) noexcept;
   [[nodiscard]] bool AnyOverdue(std::uint8_t number, const FrameRef& now) noexcept;
   [[nodiscard]] bool BelongsIntoCapture(const Sender& sender, const wire::FrameView& orphan) const noexcept;
   void DoubtInFlight(std::uint8_t number, Undecided reason) noexcept;

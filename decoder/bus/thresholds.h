@@ -56,6 +56,8 @@ inline constexpr std::int64_t kRetryNs = 20'000'000;
 
 /// Indices from which on the next one after a gap is no coincidence.
 inline constexpr std::uint32_t kNoCoincidenceIndices = 64;
+/// With at least this number of indices, a silence after which the next one follows hides frames by a coincidence only.
+inline constexpr std::uint32_t kRoundIndices = 8;
 /// A master was silent after this multiple of its longest distance between frames ...
 inline constexpr std::int64_t kSilenceTimes = 4;
 /// ... in this number of frames, ...

@@ -12,6 +12,7 @@ namespace ecaudit::bus {
 /// Whether the capture misses frames right before one.
 enum class GapBefore : std::uint8_t {
   kNone,
+  kRounds,    ///< as kPossible, but all frames are matched and the indices go on: whole rounds of them would be missing
   kPossible,  ///< no frame was sent for much longer than before, or the stamps go back; the indices do not show why
   kSkip,      ///< the indices skip, but both copies of all frames are there: the master may have skipped numbers
   kCertain,   ///< the indices show it, or another master is there

@@ -10,7 +10,7 @@ void CaptureGaps::OnGap(const FrameRef& frame, bus::GapBefore gap) {
   const bool skip = gap == bus::GapBefore::kSkip;
   // The models of all slaves receive it, too.
   states_.work().Take(states_.size());
-  Note(frame, skip);
+  Note(frame, skip || gap == bus::GapBefore::kRounds);
   events_.Publish(CaptureGap{frame, certain, skip});
   // A command to the EEPROM lasts for a few frames: its answer may belong to another one.
   for (std::size_t s = 0; skip && s < states_.size(); ++s) states_[static_cast<SlaveId>(s)].sii.Forget();

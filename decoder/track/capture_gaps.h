@@ -42,7 +42,7 @@ class CaptureGaps {
   /// True when such a place follows frame `from`, and not after frame `to`. Of many the first are forgotten: then
   /// one may lie anywhere before those that are left.
   [[nodiscard]] bool AnyBetween(FrameNo from, FrameNo to) const { return AnyBetween(from, to, true); }
-  /// The same without the places where only numbers skip.
+  /// The same without the places where only numbers skip, or go on after a silence.
   [[nodiscard]] bool AnyButSkipsBetween(FrameNo from, FrameNo to) const { return AnyBetween(from, to, false); }
   /// Something is presumed of some slave.
   [[nodiscard]] bool presumes() const { return presumed_ > 0; }
@@ -67,8 +67,8 @@ class CaptureGaps {
  private:
   [[nodiscard]] bool WasAway(SlaveId id, std::uint16_t first_position, bool branch) const;
   [[nodiscard]] bool AnyBetween(FrameNo from, FrameNo to, bool with_skips) const;
-  void Note(const FrameRef& frame, bool skip) {
-    skips_[count_ % skips_.size()] = skip;
+  void Note(const FrameRef& frame, bool unlikely) {
+    skips_[count_ % skips_.size()] = unlikely;
     first_after_[count_++ % first_after_.size()] = frame.number;
   }
   void Settle(SlaveId id, bool still_so, const FrameRef& frame);
@@ -92,7 +92,7 @@ class CaptureGaps {
   std::array<Habit, 8> habits_{};
   std::size_t presumed_ = 0;               // slaves whose state is presumed
   std::array<FrameNo, 32> first_after_{};  // first frames after the last capture gaps
-  std::array<bool, 32> skips_{};           // of these, places where only numbers skip
+  std::array<bool, 32> skips_{};           // of these, places where only numbers skip or go on
   std::size_t count_ = 0;                  // of capture gaps
 };
 

@@ -24,22 +24,23 @@ const std::vector<PdoContent>& AkdPdos() {
   return kPdos;
 }
 
-void AddPdos(ObjectDictionary& objects) {
-  for (const PdoContent& pdo : AkdPdos()) {
-    objects.AddNumber(pdo.index, 0, static_cast<std::uint8_t>(pdo.entries.size()), false, "PDO mapping");
-    std::uint8_t subindex = 0;
-    for (const std::uint32_t entry : pdo.entries)
-      objects.AddNumber(pdo.index, ++subindex, entry, false, "mapped object");
-  }
+void AddPdo(ObjectDictionary& objects, const PdoContent& pdo) {
+  objects.AddNumber(pdo.index, 0, static_cast<std::uint8_t>(pdo.entries.size()), false, "PDO mapping");
+  std::uint8_t subindex = 0;
+  for (const std::uint32_t entry : pdo.entries) objects.AddNumber(pdo.index, ++subindex, entry, false, "mapped object");
+}
+
+/// The types of the sync managers, and what is assigned to those of process data.
+void AddAssignments(ObjectDictionary& objects, std::uint16_t rx_pdo, std::uint16_t tx_pdo) {
   constexpr std::uint8_t kTypes[] = {1, 2, 3, 4};
   objects.AddNumber(0x1C00, 0, std::uint8_t{4}, false, "Sync manager types");
   for (std::uint8_t i = 0; i < 4; ++i) {
     objects.AddNumber(0x1C00, static_cast<std::uint8_t>(i + 1), kTypes[i], false, "type");
   }
   objects.AddNumber(0x1C12, 0, std::uint8_t{1}, true, "RxPDO assign");
-  objects.AddNumber(0x1C12, 1, std::uint16_t{0x1701}, true, "PDO");
+  objects.AddNumber(0x1C12, 1, rx_pdo, true, "PDO");
   objects.AddNumber(0x1C13, 0, std::uint8_t{1}, true, "TxPDO assign");
-  objects.AddNumber(0x1C13, 1, std::uint16_t{0x1B01}, true, "PDO");
+  objects.AddNumber(0x1C13, 1, tx_pdo, true, "PDO");
 }
 
 void AddDriveObjects(ObjectDictionary& objects, const SiiContent& sii) {
@@ -123,7 +124,8 @@ SlaveDescription AkdDrive() {
                        {kAkdMailboxIn, kAkdMailboxBytes, 0x22, 1, 2},
                        {kAkdOutputs, 6, 0x64, 1, 3},
                        {kAkdInputs, 6, 0x20, 1, 4}};
-  AddPdos(akd.objects);
+  for (const PdoContent& pdo : AkdPdos()) AddPdo(akd.objects, pdo);
+  AddAssignments(akd.objects, 0x1701, 0x1B01);
   AddDriveObjects(akd.objects, sii);
   for (const PdoContent& pdo : AkdPdos()) {
     // Only the PDOs assigned by default belong to a sync manager.
@@ -149,6 +151,52 @@ SlaveDescription InputTerminal() {
   sii.sync_managers = {{0x1000, 1, 0x00, 1, 4}};
   sii.tx_pdos = {{0x1A00, 0, "Inputs", {{0x6000, 1, 8, "Inputs"}}}};
   return terminal;
+}
+
+SlaveDescription AcmeServo() {
+  constexpr std::uint16_t kMailboxBytes = 256;
+  SlaveDescription servo;
+  servo.name = "AS-400";
+  servo.outputs_start = 0x1400;
+  servo.inputs_start = 0x1500;
+  servo.esc.eeprom_emulated = true;
+  SiiContent& sii = servo.sii;
+  sii.pdi_control = 0x0C08;
+  sii.vendor_id = 0x00000ACE;
+  sii.product_code = 0x00005E40;
+  sii.revision = 0x00010002;
+  sii.mailbox_out_start = 0x1000;
+  sii.mailbox_out_length = kMailboxBytes;
+  sii.mailbox_in_start = 0x1200;
+  sii.mailbox_in_length = kMailboxBytes;
+  sii.mailbox_protocols = 0x04;
+  sii.coe_details = 0x0F;
+  sii.group = "Drives";
+  sii.name = "AS-400";
+  sii.fmmu_functions = {1, 2};
+  sii.sync_managers = {{sii.mailbox_out_start, kMailboxBytes, 0x26, 1, 1},
+                       {sii.mailbox_in_start, kMailboxBytes, 0x22, 1, 2},
+                       {servo.outputs_start, 8, 0x64, 1, 3},
+                       {servo.inputs_start, 8, 0x20, 1, 4}};
+  ObjectDictionary& objects = servo.objects;
+  objects.AddNumber(0x1000, 0, std::uint32_t{0x00020192}, false, "Device type");
+  objects.AddNumber(0x1018, 0, std::uint8_t{4}, false, "Identity object");
+  objects.AddNumber(0x1018, 1, sii.vendor_id, false, "Vendor ID");
+  objects.AddNumber(0x1018, 2, sii.product_code, false, "Product code");
+  objects.AddNumber(0x1018, 3, sii.revision, false, "Revision");
+  objects.AddNumber(0x6040, 0, std::uint16_t{0}, true, "Controlword");
+  objects.AddNumber(0x6041, 0, std::uint16_t{0x0250}, false, "Statusword");
+  objects.AddNumber(0x6060, 0, std::int8_t{8}, true, "Modes of operation");
+  objects.AddNumber(0x6061, 0, std::int8_t{8}, false, "Modes of operation display");
+  objects.AddNumber(0x6064, 0, std::int32_t{0}, false, "Position actual value");
+  objects.AddNumber(0x607A, 0, std::int32_t{0}, true, "Target position");
+  const std::vector<PdoContent> pdos{{0x1600, {0x60400010, 0x607A0020, 0x60600008, 0x00000008}},
+                                     {0x1A00, {0x60410010, 0x60640020, 0x60610008, 0x00000008}}};
+  for (const PdoContent& pdo : pdos) AddPdo(objects, pdo);
+  AddAssignments(objects, 0x1600, 0x1A00);
+  sii.rx_pdos.push_back(ToSii(pdos[0], 2, objects));
+  sii.tx_pdos.push_back(ToSii(pdos[1], 3, objects));
+  return servo;
 }
 
 }  // namespace ecaudit::samples

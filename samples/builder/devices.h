@@ -18,5 +18,7 @@ inline constexpr std::uint16_t kAkdInputs = 0x1140;
 [[nodiscard]] SlaveDescription AkdDrive();
 /// A terminal without processor and mailbox: one byte of inputs, AL Status echoes AL Control.
 [[nodiscard]] SlaveDescription InputTerminal();
+/// The servo drive of samples/descriptions/acme-servo.esi.xml: PDOs 1600h and 1A00h, no drive behind its objects.
+[[nodiscard]] SlaveDescription AcmeServo();
 
 }  // namespace ecaudit::samples

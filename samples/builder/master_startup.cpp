@@ -8,10 +8,10 @@
 namespace ecaudit::samples {
 namespace {
 
-Bytes SyncManagerBytes(std::uint16_t start, std::uint16_t length, std::uint8_t control) {
+Bytes SyncManagerBytes(std::uint16_t start, std::uint16_t length, std::uint8_t control, std::uint8_t enable = 1) {
   Bytes out = LeBytes(start);
   AppendLe(out, length);
-  out.insert(out.end(), {control, 0, 1, 0});
+  out.insert(out.end(), {control, 0, enable, 0});
   return out;
 }
 
@@ -99,13 +99,14 @@ void ScriptedMaster::SetUpProcessData(std::size_t position, std::optional<std::u
   if (slave.outputs_start == 0) {
     const SiiSyncManager& inputs = slave.sii.sync_managers.at(0);
     image.input_bytes = inputs.length;
-    Write(position, reg::kSyncManager, SyncManagerBytes(inputs.start, inputs.length, inputs.control));
+    Write(position, reg::kSyncManager, SyncManagerBytes(inputs.start, inputs.length, inputs.control, inputs.enable));
     return;
   }
   image.output_bytes = output_bytes.value_or(bus_.slave(position).ProcessDataBytes(0x1C12));
   image.input_bytes = input_bytes.value_or(bus_.slave(position).ProcessDataBytes(0x1C13));
   Write(position, reg::kSyncManager + 16, SyncManagerBytes(slave.outputs_start, image.output_bytes, 0x64));
-  Write(position, reg::kSyncManager + 24, SyncManagerBytes(slave.inputs_start, image.input_bytes, 0x20));
+  Write(position, reg::kSyncManager + 24,
+        SyncManagerBytes(slave.inputs_start, image.input_bytes, slave.sii.sync_managers.at(3).control));
 }
 
 void ScriptedMaster::DisableSyncManager(std::size_t position, int number) {

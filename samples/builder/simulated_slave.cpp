@@ -110,9 +110,11 @@ bool SimulatedSlave::ProcessSyncManagersGood() const {
   if (description_.outputs_start == 0) return true;
   const SyncManagerSettings out = esc_.sync_manager(2);
   const SyncManagerSettings in = esc_.sync_manager(3);
-  return out.enabled && in.enabled && !out.mailbox() && !in.mailbox() && out.master_writes() && !in.master_writes() &&
-         out.start == description_.outputs_start && out.length == ProcessDataBytes(kRxAssignment) &&
-         in.start == description_.inputs_start && in.length == ProcessDataBytes(kTxAssignment);
+  const bool one_buffer = (description_.sii.sync_managers.at(3).control & 0x03U) == 2;
+  return out.enabled && in.enabled && !out.mailbox() && in.mailbox() == one_buffer && out.master_writes() &&
+         !in.master_writes() && out.start == description_.outputs_start &&
+         out.length == ProcessDataBytes(kRxAssignment) && in.start == description_.inputs_start &&
+         in.length == ProcessDataBytes(kTxAssignment);
 }
 
 void SimulatedSlave::Enter(TimeNs at, std::uint16_t status, std::uint16_t code) {
@@ -155,8 +157,9 @@ std::uint16_t SimulatedSlave::ProcessDataBytes(std::uint16_t assignment) const {
 void SimulatedSlave::ExchangeProcessData(TimeNs now) {
   if (description_.outputs_start == 0) {
     // A terminal without mailbox: its inputs simply change with time.
-    if (esc_.sync_manager(0).enabled && !esc_.sync_manager(0).master_writes()) {
-      esc_.SetByte(esc_.sync_manager(0).start, static_cast<std::uint8_t>(now / 10'000'000 & 0x0F));
+    if (!esc_.sync_manager(0).master_writes()) {
+      const auto value = static_cast<std::uint8_t>(now / 10'000'000 & 0x0F);
+      esc_.SetByte(description_.sii.sync_managers.at(0).start, value);
     }
     return;
   }
@@ -193,7 +196,11 @@ void SimulatedSlave::ExchangeProcessData(TimeNs now) {
       inputs[offset + i] = object->value[i];
     }
   });
-  esc_.PutInputs(3, inputs);
+  if (!esc_.sync_manager(3).mailbox()) {
+    esc_.PutInputs(3, inputs);
+  } else if (description_.fills_inputs_every != 0 && now >= inputs_filled_ + description_.fills_inputs_every) {
+    if (esc_.PutMailbox(3, inputs)) inputs_filled_ = now;
+  }
 }
 
 // Assignments change in PREOP only, and their entries only while the number of entries is 0.

@@ -49,6 +49,8 @@ struct SlaveDescription {
   bool has_latches = false;
   std::uint16_t outputs_start = 0;  ///< SM2 with a mailbox, else none
   std::uint16_t inputs_start = 0;
+  /// If SM3 has one buffer: how often the application fills it; 0: never.
+  TimeNs fills_inputs_every = 0;
   ObjectDictionary objects{};
 };
 
@@ -100,6 +102,7 @@ class SimulatedSlave {
   std::optional<Planned> planned_;
   TimeNs op_since_ = 0;
   std::optional<TimeNs> outputs_seen_;
+  TimeNs inputs_filled_ = 0;
 };
 
 }  // namespace ecaudit::samples

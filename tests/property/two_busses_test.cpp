@@ -56,13 +56,18 @@ bool IsWholeBus(const test::WireCapture& capture) {
          returned * 5 >= capture.packets.size() * 2 && returned * 5 <= capture.packets.size() * 3;
 }
 
+/// Also if only the frames before it show what the length in its header counts.
+bool HasEtherCatType(const test::Packet& packet) {
+  return packet.bytes.size() > 14 && packet.bytes[12] == 0x88 && packet.bytes[13] == 0xA4;
+}
+
 std::vector<test::Packet> OnAnotherInterface(const test::WireCapture& capture, TimeNs start) {
   std::vector<test::Packet> packets = capture.packets;
   const TimeNs shift = start - packets.front().time;
   for (test::Packet& packet : packets) {
     packet.interface_index = 1;
     packet.time += shift;
-    if (test::FindEtherCat(packet)) packet.bytes[11] ^= 0x5AU;
+    if (HasEtherCatType(packet) || test::FindEtherCat(packet)) packet.bytes[11] ^= 0x5AU;
   }
   return packets;
 }

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/judge/shared_notes.h"
+#include "analyzers/judge/unanswered_addresses.h"
 #include "analyzers/model/bus_model.h"
 #include "analyzers/words/what.h"
 #include "decoder/base/time.h"
@@ -70,15 +70,26 @@ constexpr FindingKind kNoSlaveThere{
     .message =
         R"([{?assigned}The master accesses station address {station_address} {accesses} from {frame} to {last_frame},
 first register {register}, and the working counter is always 0. It assigned other addresses in the capture, but not this
-one.][{!assigned}FPRD of register {register} at station address {station_address} returned with working counter 0
-from {frame} to {last_frame}. Other slaves answered at their addresses. The capture begins after the start-up, so the master
-found this slave before. It has lost power, its link or its address since then.])",
+one.][{!assigned}The master accesses station address {station_address} {accesses} from {frame} to {last_frame}, first
+register {register}, which every slave has. The working counter is always 0, but other slaves answer. The slave lost power,
+its link or its address before the capture, or no slave ever had this address.])",
     .next =
         "[{?assigned}Compare the station addresses in the configuration of the master with those that it assigns "
-        "(0x0010).][{!assigned}Check the power of this slave and the cable to it.]",
+        "(0x0010).][{!assigned}Check the power of this slave and the cable to it, and the station addresses in the "
+        "configuration of the master.]",
     .identity = "station_address"};
-constexpr const FindingKind* kKinds[] = {&kProcessData, &kDropped,       &kBroadcast,
-                                         &kNoAnswer,    &kSeveralAnswer, &kNoSlaveThere};
+constexpr FindingKind kNoSlaveAtPosition{
+    .name = "no-slave-at-position",
+    .title = "No slave at position {position}: the last one is at {last_position}",
+    .message =
+        R"(The master accesses position {position} {accesses} from {frame} to {last_frame}, first register {register}. The
+working counter is always 0. The frames passed {slaves}, so there is no slave at this position.)",
+    .next =
+        "Compare number and order of the slaves in the configuration of the master with the bus. Check power and cable "
+        "after position {last_position}.",
+    .identity = "position"};
+constexpr const FindingKind* kKinds[] = {&kProcessData,   &kDropped,      &kBroadcast,        &kNoAnswer,
+                                         &kSeveralAnswer, &kNoSlaveThere, &kNoSlaveAtPosition};
 
 constexpr NoteKind kLeftTheBus{.name = "left-the-bus",
                                .text = "The shares of {slaves} are missing. These slaves left the bus."};
@@ -164,11 +175,12 @@ count. Outside that range the rule fires, and names the slaves whose share is mi
 - Addresses that two slaves share while the master assigns new ones are not evaluated.
 - A counter above the FMMUs is not evaluated if the capture misses packets or frames never returned (one of them may
   have set another FMMU), or if no slave has an FMMU.
-- In a mid-run capture, an address that the master reads for at least half a second and that never answers, while others
-  do, is an inferred warning.
-
+- If the capture shows no assignment of addresses, a station address that the master accesses for at least half a second
+  is an inferred warning. It never answers, and other slaves do.
 - A station address that the master did not assign, though it assigned others, is an error after at least 10 accesses
   in at least 1 s. All return with working counter 0.
+- A position after the last slave is a warning after at least 10 accesses in at least 1 s. A master that looks for new
+  slaves at most 4 times a second is not reported.
 
 ## Example
 samples/captures/wkc-link-break.pcapng
@@ -185,9 +197,11 @@ class WkcMismatch final : public Rule {
   WkcMismatch() : Rule(kInfo) {
     Subscribe<track::LogicalAccess>(&WkcMismatch::On);
     Subscribe<track::Answered>(&WkcMismatch::On, MemoryRange{0, kLastAlwaysThere});
+    Subscribe<track::Answered>(&WkcMismatch::OnAnyRegister);
     Subscribe<track::AlRequest>(&WkcMismatch::On);
     Subscribe<track::SlaveFound>(&WkcMismatch::On, Stage::kAfterModel);
     Subscribe<track::AddressAssigned>(&WkcMismatch::On);
+    Subscribe<track::SlaveCount>(&WkcMismatch::On);
   }
 
   void On(const track::LogicalAccess& e) {
@@ -258,7 +272,15 @@ class WkcMismatch final : public Rule {
       EvaluateBroadcastRead(e);
     } else {
       EvaluateAddressedRead(e);
-      AddUnassigned(e);
+      AddUnanswered(e);
+    }
+  }
+  void OnAnyRegister(const track::Answered& e) {
+    if (e.wkc != 0) {  // nearly always
+      answered_ = true;
+      if (IsConfigured(e.command)) stations_.Remove(e.adp);
+    } else if (wire::IncrementsAdp(e.command) && !wire::IsBroadcast(e.command)) {
+      AddBeyondEnd(e);
     }
   }
 
@@ -269,14 +291,16 @@ class WkcMismatch final : public Rule {
   }
   void On(const track::AddressAssigned&) {
     numbering_ = assigned_ = true;
-    unassigned_.clear();
+    stations_.Clear();
   }
   void On(const track::SlaveFound&) { ForgetHabits(); }
+  void On(const track::SlaveCount& e) { most_slaves_ = std::max(most_slaves_, e.count); }
 
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
-    for (const auto& [station, reads] : unanswered_) ReportNoSlave(station, reads);
-    for (const auto& [station, accesses] : unassigned_) ReportUnassigned(station, accesses);
+    for (const auto& [station, accesses] : stations_.all())
+      ReportNoSlave(static_cast<StationAddress>(station), accesses);
+    for (const auto& [position, accesses] : beyond_end_.all()) ReportBeyondEnd(position, accesses);
     for (const Episode& episode : episodes_) NameMissing(episode);
     NameDropped();
     // The missing share of a slave that left the bus or its state is a consequence of that.
@@ -779,77 +803,63 @@ class WkcMismatch final : public Rule {
     Report(key, std::move(finding));
   }
 
-  /// Reads of registers that every ESC has at a station address where no slave ever answered.
-  struct Unanswered {
-    FrameRef first, last;
-    EscAddress address = 0;
-    std::uint64_t accesses = 0;
-  };
-
-  /// Accesses to a station address that the master did not assign, after it assigned others.
-  void AddUnassigned(const track::Answered& e) {
-    constexpr EscAddress kMailboxes = 0x1000;
-    const bool configured =
-        e.command == wire::Command::FPRD || e.command == wire::Command::FPWR || e.command == wire::Command::FPRW;
-    if (!assigned_ || !configured || e.slave != kNoSlave || e.address >= kMailboxes) return;
-    if (e.wkc != 0) {
-      unassigned_.erase(e.adp);
-      return;
-    }
-    constexpr std::size_t kMost = 64;
-    if (unassigned_.size() == kMost && !unassigned_.contains(e.adp)) return;
-    Unanswered& accesses = unassigned_[e.adp];
-    if (accesses.accesses++ == 0) {
-      accesses.first = e.returned;
-      accesses.address = e.address;
-    }
-    accesses.last = e.returned;
+  /// Accesses to a station address that no slave has: of registers that every ESC has. If the master assigned others
+  /// in the capture, of any register.
+  void AddUnanswered(const track::Answered& e) {
+    if (!IsConfigured(e.command) || e.slave != kNoSlave || e.wkc != 0) return;
+    if (assigned_ || EveryEscAnswers(e.address, e.length)) stations_.Add(e.adp, e);
   }
-  void ReportUnassigned(std::uint16_t station, const Unanswered& accesses) {
-    constexpr TimeNs kLong = 1'000'000'000;
-    constexpr std::uint64_t kEnough = 10;
-    if (accesses.accesses < kEnough || !accesses.first.has_time || !accesses.last.has_time) return;
-    if (Elapsed(accesses.first.time, accesses.last.time) < kLong) return;
+  static bool IsConfigured(wire::Command command) {
+    return command == wire::Command::FPRD || command == wire::Command::FPWR || command == wire::Command::FPRW;
+  }
+
+  /// A master that has set its bus up accesses the slaves that it has found, or that it is configured for.
+  void ReportNoSlave(StationAddress station, const UnansweredAddresses::Accesses& accesses) {
+    constexpr TimeNs kLong = 500'000'000, kLongAssigned = 1'000'000'000;
+    constexpr std::uint64_t kEnoughAssigned = 10;
+    const std::optional<TimeNs> lasted = accesses.Lasted();
+    if (!lasted || !answered_ || *lasted < (assigned_ ? kLongAssigned : kLong)) return;
+    if (assigned_ && accesses.count < kEnoughAssigned) return;
     Finding finding = Found(kNoSlaveThere, kNoSlave, accesses.first);
     finding.last = accesses.last;
+    if (!assigned_) finding.confidence = Confidence::kInferred;
     finding.Set("working_counter", arg::Number(0))
         .Set("expected", arg::Number(1))
         .Set("station_address", arg::Hex(station))
         .Set("register", arg::Hex(accesses.address))
-        .Set("accesses", arg::Count(accesses.accesses, "time"))
-        .Set("assigned", arg::Flag());
-    Report(0x2000000000000000ULL | station, Severity::kError, std::move(finding));
-  }
-
-  void AddUnanswered(const track::Answered& e) {
-    constexpr std::size_t kMost = 64;
-    if (e.wkc != 0 || assigned_ || (unanswered_.size() == kMost && !unanswered_.contains(e.adp))) return;
-    Unanswered& reads = unanswered_[e.adp];
-    if (!reads.first.seen()) reads = {e.returned, e.returned, e.address};
-    reads.last = e.returned;
-  }
-
-  /// A master that has set its bus up reads from the slaves that it has found.
-  void ReportNoSlave(std::uint16_t station, const Unanswered& reads) {
-    constexpr TimeNs kLong = 500'000'000;
-    if (assigned_ || !answered_ || !reads.first.has_time || !reads.last.has_time) return;
-    if (Elapsed(reads.first.time, reads.last.time) < kLong) return;
-    Finding finding = Found(kNoSlaveThere, kNoSlave, reads.first);
-    finding.last = reads.last;
-    finding.confidence = Confidence::kInferred;
-    finding.Set("working_counter", arg::Number(0))
-        .Set("expected", arg::Number(1))
-        .Set("station_address", arg::Hex(station))
-        .Set("register", arg::Hex(reads.address));
+        .Set("accesses", arg::Count(accesses.count, "time"))
+        .Set("assigned", arg::Flag(assigned_));
     const std::uint64_t key = 0x2000000000000000ULL | station;
-    if (Repeat(kNoSlave, key, reads.first) == kNoFinding) Report(key, Severity::kWarning, std::move(finding));
+    Report(key, assigned_ ? Severity::kError : Severity::kWarning, std::move(finding));
+  }
+
+  /// A position after the last slave. The datagram itself counts the slaves that it passes.
+  void AddBeyondEnd(const track::Answered& e) {
+    constexpr std::uint16_t kMostPositions = 0x8000;  // above: slaves before the tap have counted already
+    const auto position = static_cast<std::uint16_t>(0x10000U - e.adp);
+    if (!e.sent.seen() || !e.slaves_passed || *e.slaves_passed == 0 || position >= kMostPositions) return;
+    if (position >= *e.slaves_passed) beyond_end_.Add(position, e);
+  }
+  void ReportBeyondEnd(std::uint32_t position, const UnansweredAddresses::Accesses& accesses) {
+    constexpr TimeNs kLong = 1'000'000'000, kPollsForNewSlaves = 250'000'000;
+    constexpr std::uint64_t kEnough = 10;
+    const std::optional<TimeNs> lasted = accesses.Lasted();
+    if (position < most_slaves_ || accesses.count < kEnough || !lasted || *lasted < kLong) return;
+    if (*lasted / static_cast<TimeNs>(accesses.count - 1) >= kPollsForNewSlaves) return;
+    Finding finding = Found(kNoSlaveAtPosition, kNoSlave, accesses.first);
+    finding.last = accesses.last;
+    finding.Set("working_counter", arg::Number(0))
+        .Set("position", arg::Number(position))
+        .Set("register", arg::Hex(accesses.address))
+        .Set("accesses", arg::Count(accesses.count, "time"))
+        .Set("slaves", arg::Count(most_slaves_, "slave"))
+        .Set("last_position", arg::Number(most_slaves_ - 1));
+    Report(0x1000000000000000ULL | position, Severity::kWarning, std::move(finding));
   }
 
   void EvaluateAddressedRead(const track::Answered& e) {
     if (e.command != wire::Command::FPRD || !EveryEscAnswers(e.address, e.length)) return;
-    if (e.slave == kNoSlave) return AddUnanswered(e);
-    answered_ = true;
-    if (!unanswered_.empty()) unanswered_.erase(e.adp);
+    if (e.slave == kNoSlave) return;
     if (e.slave >= last_answers_.size()) last_answers_.resize(std::size_t{e.slave} + 1);
     const FrameNo answered_before = last_answers_[e.slave];
     if (e.wkc > 0) last_answers_[e.slave] = e.returned.number;
@@ -962,10 +972,11 @@ class WkcMismatch final : public Rule {
   bool more_reported_ = false;
   std::uint64_t mapped_version_ = 0;
   bool any_mapped_ = false;
-  std::map<std::uint16_t, Unanswered> unanswered_, unassigned_;
-  bool answered_ = false;   ///< a slave answered at its own address
-  bool assigned_ = false;   ///< station addresses were assigned in the capture
-  bool numbering_ = false;  ///< station addresses were assigned and not used yet
+  UnansweredAddresses stations_, beyond_end_;
+  std::uint16_t most_slaves_ = 0;  ///< at any time
+  bool answered_ = false;          ///< some slave answered
+  bool assigned_ = false;          ///< station addresses were assigned in the capture
+  bool numbering_ = false;         ///< station addresses were assigned and not used yet
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<WkcMismatch>};

@@ -7,6 +7,7 @@
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/model/bus_model.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/process_image.h"
 #include "analyzers/model/slave_model.h"
@@ -43,8 +44,8 @@ constexpr FindingKind kNone{
         "[{!none_active}No slave counts in process data: working counter 0 in {frames}]",
     .message =
         R"(From {frame} to {last_frame} the master sends {frames} with logical addresses, the last by {command}. All of
-them return with working counter 0. AL Status shows {witness} in {state}.[{?none_active} The FMMUs of all slaves are known,
-and none is active.][{!none_active} So no active FMMU of any slave maps these addresses, or no sync manager is enabled.])",
+them return with working counter 0. AL Status showed {witness} in {state} at this time.[{?none_active} The FMMUs of all
+slaves are known, and none is active.][{!none_active} So no active FMMU of any slave maps these addresses, or no sync manager is enabled.])",
     .next =
         R"([{?none_active}Write the FMMUs (0x0600) before SAFEOP is requested, with the addresses of these
 datagrams.][{!none_active}Read the FMMUs (0x0600) and sync managers (0x0800) of the slaves, and compare the logical
@@ -57,11 +58,23 @@ constexpr FindingKind kElsewhere{
     .message =
         R"(From {frame} to {last_frame} the master sends {frames} with logical addresses, the last by {command}. They are
 from {address} to {address_last}, and all return with working counter 0. The FMMUs of all slaves are known: the active
-ones map {mapped} to {mapped_last}. AL Status shows {witness} in {state}.)",
+ones map {mapped} to {mapped_last}. AL Status showed {witness} in {state} at this time.)",
     .next = "Send process data to the logical addresses that the FMMUs map, or write the FMMUs for these addresses.",
     .identity = ""};
 
-constexpr const FindingKind* kKinds[] = {&kNoLrw, &kNever, &kNone, &kElsewhere};
+constexpr FindingKind kOneBuffer{
+    .name = "one-buffer",
+    .title = "The slave never [{?inputs}fills][{!inputs}empties] the buffer of its {direction}: 0 of {frames}",
+    .message =
+        R"(The slave counts in none of {frames} ({command}) that hold its {direction}, from {frame} to {last_frame}.
+SM{sync_manager} has one buffer. So the slave counts only if its application has [{?inputs}filled][{!inputs}emptied] it since
+the last datagram.[{?others} The working counter is what the other slaves count in OP.])",
+    .next =
+        R"(Check that the application (processor) of the slave runs. If the slave allows it, use three buffers (control byte
+of SM{sync_manager}, bits 0 and 1).)",
+    .identity = "direction"};
+
+constexpr const FindingKind* kKinds[] = {&kNoLrw, &kNever, &kNone, &kElsewhere, &kOneBuffer};
 
 constexpr RuleInfo kInfo{.id = "wkc-never-right",
                          .group = "Frame and bus",
@@ -90,8 +103,15 @@ The finding needs all of these:
 - No working counter shows that it did. If OP was not requested, this holds for the whole capture.
 
 A warning of the bus (`none-counts`) needs no FMMU: at least 20 datagrams with logical addresses over 250 ms, all with
-working counter 0, while AL Status shows a slave in SAFEOP or OP. If the FMMUs of all slaves are known, and the active
-ones map other addresses only, it is an error (`elsewhere`).
+working counter 0, while AL Status shows a slave in SAFEOP or OP. What follows after the slave left that state, or after
+another start-up, is not counted. If the FMMUs of all slaves are known, and the active ones map other addresses only, it
+is an error (`elsewhere`).
+
+A sync manager with one buffer counts only if the application has filled (or emptied) it. If only the sum shows that
+it never does, the finding is an inferred warning (`one-buffer`):
+
+- All slaves are in OP, and only this one has such a buffer.
+- For at least 1 s, in at least 20 datagrams, the working counter is what the others count.
 
 In SAFEOP without such a request the finding is a warning. The reason is the use of LRW if the datagrams are LRW and
 bit 9 of the ESC features (0x0008) is 1.
@@ -106,6 +126,7 @@ Correct what the finding names. Compare with the FMMUs and sync managers that th
 constexpr std::uint16_t kNoLrwBit = 0x0200;
 constexpr std::uint64_t kLeast = 20;
 constexpr TimeNs kLong = 250'000'000;
+constexpr TimeNs kLongOneBuffer = 1'000'000'000;
 
 class WkcNeverRight final : public Rule {
  public:
@@ -113,6 +134,7 @@ class WkcNeverRight final : public Rule {
     Subscribe<model::AlRequestJudged>(&WkcNeverRight::On);
     Subscribe<model::ProcessCycle>(&WkcNeverRight::On);
     Subscribe<track::LogicalAccess>(&WkcNeverRight::On);
+    Subscribe<track::RunBegan>(&WkcNeverRight::On);
   }
 
   void On(const model::AlRequestJudged& e) {
@@ -153,19 +175,29 @@ class WkcNeverRight final : public Rule {
 
   void On(const track::LogicalAccess& e) {
     if (e.assumed || !e.returned.seen()) return;
-    if (e.wkc != 0) counted_ = true;
-    if (counted_ || !FindWitness()) return;
-    if (!none_.first.seen()) none_.first = e.returned;
-    none_.last = e.returned;
-    none_.command = e.command;
-    ++none_.count;
-    unanswered_.Add(e.address, e.length);
+    WatchOneBuffer(e);
+    if (e.wkc != 0) bus_.counted = true;
+    if (bus_.counted || !FindWitness()) return;
+    bus_.witness = *witness_;
+    bus_.in_op = context().slave(bus_.witness).al.SettledIn(esc::AlState::OP);
+    if (bus_.mapped_version != context().network().mapping_version()) {
+      bus_.mapped_version = context().network().mapping_version();
+      bus_.mapped = Mapped();
+    }
+    bus_.none.Add(e);
+    bus_.unanswered.Add(e.address, e.length);
+  }
+
+  void On(const track::RunBegan&) {
+    if (!earlier_ && Lasts(bus_)) earlier_ = bus_;
+    bus_ = {};
   }
 
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
     for (const auto& [id, watched] : slaves_) Evaluate(id, watched);
-    EvaluateBus();
+    for (const auto& [id, buffer] : one_buffers_) EvaluateOneBuffer(id, buffer);
+    if (earlier_ || Lasts(bus_)) EvaluateBus(earlier_ ? *earlier_ : bus_);
   }
 
  private:
@@ -173,6 +205,12 @@ class WkcNeverRight final : public Rule {
     FrameRef first, last;
     wire::Command command = wire::Command::NOP;
     std::uint64_t count = 0;
+
+    void Add(const track::LogicalAccess& e) {
+      if (count++ == 0) first = e.returned;
+      last = e.returned;
+      command = e.command;
+    }
   };
   /// From the lowest to the highest logical address of some data.
   struct Span {
@@ -185,6 +223,17 @@ class WkcNeverRight final : public Rule {
     }
     [[nodiscard]] bool empty() const { return end == 0; }
     [[nodiscard]] bool Meets(const Span& other) const { return first < other.end && other.first < end; }
+  };
+  /// Logical datagrams of a run that no slave counted in, while some slave was in SAFEOP or OP.
+  struct Bus {
+    Missed none;
+    Span unanswered;       ///< where these are
+    bool counted = false;  ///< another one has a working counter
+    // As they were with the last of them.
+    SlaveId witness = kNoSlave;  ///< in SAFEOP or OP
+    bool in_op = false;
+    std::optional<Span> mapped;  ///< by the active FMMUs
+    std::optional<std::uint64_t> mapped_version;
   };
   struct Watched {
     FrameRef request;                       ///< the first of OP; unset: none, or not in SAFEOP
@@ -205,7 +254,10 @@ class WkcNeverRight final : public Rule {
       const bool timed = frames.first.has_time && frames.last.has_time;
       if (!asked && (!timed || Elapsed(frames.first.time, frames.last.time) < kLong)) continue;
       const bool no_lrw = frames.command == wire::Command::LRW && features && (*features & kNoLrwBit) != 0;
-      Finding finding = Found(no_lrw ? kNoLrw : kNever, id, frames.first);
+      const auto found = one_buffers_.find(id);
+      const bool one_buffer =
+          found != one_buffers_.end() && !found->second.counted && found->second.outputs == (way == 0);
+      Finding finding = Found(no_lrw ? kNoLrw : one_buffer ? kOneBuffer : kNever, id, frames.first);
       finding.last = frames.last;
       finding.Set("state", arg::State(watched.state)).Set("frames", arg::Count(frames.count, "datagram"));
       if (asked) finding.Set("request_frame", arg::Frame(watched.request.number));
@@ -219,8 +271,58 @@ class WkcNeverRight final : public Rule {
       }
       finding.Set("direction", arg::Of(way == 0 ? kOutputs : kInputs))
           .Set("command", arg::Text(wire::Name(frames.command)));
+      if (one_buffer) {
+        finding.Set("inputs", arg::Flag(way == 1)).Set("sync_manager", arg::Number(found->second.manager));
+        found->second.counted = true;  // nothing more to report
+      }
       (void)Report(2 + way, severity, std::move(finding));
     }
+  }
+
+  /// The only slave whose part in a datagram is open, because it has one buffer.
+  struct OneBuffer {
+    Missed missed;
+    bool outputs = false;
+    std::uint8_t manager = 0;
+    bool counted = false;
+  };
+
+  void WatchOneBuffer(const track::LogicalAccess& e) {
+    const model::LogicalExpectation& expected = context().bus().Expect(e);
+    const model::CounterRange range = context().bus().RangeFor(expected, e.command);
+    if (range.least == range.most || !expected.complete || e.wkc < range.least || e.wkc > range.most) return;
+    const model::LogicalShare* open = nullptr;
+    for (const model::LogicalShare& share : expected.shares) {
+      if (!context().slave(share.slave).al.SettledIn(esc::AlState::OP)) return;
+      if (!share.inputs_one_buffer && !share.outputs_one_buffer) continue;
+      if (open != nullptr || (share.inputs_one_buffer && share.outputs_one_buffer)) return;
+      open = &share;
+    }
+    if (open == nullptr) return;
+    OneBuffer& buffer = one_buffers_[open->slave];
+    buffer.outputs = open->outputs_one_buffer.has_value();
+    buffer.manager = buffer.outputs ? *open->outputs_one_buffer : *open->inputs_one_buffer;
+    if (e.wkc > range.least) buffer.counted = true;
+    if (buffer.counted) return;
+    buffer.missed.Add(e);
+  }
+
+  void EvaluateOneBuffer(SlaveId id, const OneBuffer& buffer) {
+    const Missed& missed = buffer.missed;
+    if (buffer.counted || missed.count < kLeast || !missed.first.has_time || !missed.last.has_time) return;
+    if (Elapsed(missed.first.time, missed.last.time) < kLongOneBuffer) return;
+    const model::SlaveModel& model = context().slave(id);
+    if ((buffer.outputs ? model.outputs : model.inputs).exchanged > 0) return;
+    Finding finding = Found(kOneBuffer, id, missed.first);
+    finding.confidence = Confidence::kInferred;
+    finding.last = missed.last;
+    finding.Set("frames", arg::Count(missed.count, "datagram"))
+        .Set("command", arg::Text(wire::Name(missed.command)))
+        .Set("direction", arg::Of(buffer.outputs ? kOutputs : kInputs))
+        .Set("inputs", arg::Flag(!buffer.outputs))
+        .Set("others", arg::Flag())
+        .Set("sync_manager", arg::Number(buffer.manager));
+    (void)Report(5, Severity::kWarning, std::move(finding));
   }
 
   /// A slave that exchanges process data by its AL state.
@@ -239,31 +341,35 @@ class WkcNeverRight final : public Rule {
     return witness_.has_value();
   }
 
+  [[nodiscard]] static bool Lasts(const Bus& bus) {
+    const Missed& none = bus.none;
+    if (bus.counted || none.count < kLeast || !none.first.has_time || !none.last.has_time) return false;
+    return Elapsed(none.first.time, none.last.time) >= kLong;
+  }
+
   /// Where the FMMUs are not known, which names the slave; else a finding of it, or of wkc-mismatch, reports it.
-  void EvaluateBus() {
-    if (counted_ || !slaves_.empty() || none_.count < kLeast || !witness_ || !Exchanges(*witness_)) return;
-    if (!none_.first.has_time || !none_.last.has_time || Elapsed(none_.first.time, none_.last.time) < kLong) return;
+  void EvaluateBus(const Bus& bus) {
+    if (!slaves_.empty()) return;
     for (const Finding& other : context().store.findings()) {
       if (other.rule == "wkc-mismatch") return;
     }
-    const bool op = context().slave(*witness_).al.SettledIn(esc::AlState::OP);
-    const std::optional<Span> mapped = Mapped();
-    const bool elsewhere = mapped && !mapped->empty() && !mapped->Meets(unanswered_);
-    Finding finding = Found(elsewhere ? kElsewhere : kNone, kNoSlave, none_.first);
+    const std::optional<Span>& mapped = bus.mapped;
+    const bool elsewhere = mapped && !mapped->empty() && !mapped->Meets(bus.unanswered);
+    Finding finding = Found(elsewhere ? kElsewhere : kNone, kNoSlave, bus.none.first);
     if (elsewhere) {
-      finding.Set("address", arg::Hex(unanswered_.first, 8))
-          .Set("address_last", arg::Hex(unanswered_.end - 1, 8))
+      finding.Set("address", arg::Hex(bus.unanswered.first, 8))
+          .Set("address_last", arg::Hex(bus.unanswered.end - 1, 8))
           .Set("mapped", arg::Hex(mapped->first, 8))
           .Set("mapped_last", arg::Hex(mapped->end - 1, 8));
     }
     if (mapped && mapped->empty()) finding.Set("none_active", arg::Flag());
-    finding.last = none_.last;
-    finding.Set("frames", arg::Count(none_.count, "datagram"))
-        .Set("command", arg::Text(wire::Name(none_.command)))
-        .Set("last_frame", arg::Frame(none_.last.number))
-        .Set("witness", arg::Slave(*witness_, context().Label(*witness_)))
-        .Set("state", arg::State(static_cast<std::uint8_t>(op ? esc::AlState::OP : esc::AlState::SAFEOP)));
-    AddRelated(finding, none_.last.number);
+    finding.last = bus.none.last;
+    finding.Set("frames", arg::Count(bus.none.count, "datagram"))
+        .Set("command", arg::Text(wire::Name(bus.none.command)))
+        .Set("last_frame", arg::Frame(bus.none.last.number))
+        .Set("witness", arg::Slave(bus.witness, context().Label(bus.witness)))
+        .Set("state", arg::State(static_cast<std::uint8_t>(bus.in_op ? esc::AlState::OP : esc::AlState::SAFEOP)));
+    AddRelated(finding, bus.none.last.number);
     (void)Report(4, elsewhere ? Severity::kError : Severity::kWarning, std::move(finding));
   }
 
@@ -283,10 +389,10 @@ class WkcNeverRight final : public Rule {
   static constexpr Word kOutputs{"outputs", "outputs", true};
   static constexpr Word kInputs{"inputs", "inputs", true};
   std::map<SlaveId, Watched> slaves_;  // those that OP was requested of, or that did not count
-  Missed none_;                        ///< logical datagrams that no slave counted in ...
-  Span unanswered_;                    ///< ... and where these are
-  bool counted_ = false;               ///< one has a working counter
-  std::optional<SlaveId> witness_;     ///< in SAFEOP or OP
+  std::map<SlaveId, OneBuffer> one_buffers_;
+  Bus bus_;                         ///< since the bus was started up
+  std::optional<Bus> earlier_;      ///< before that
+  std::optional<SlaveId> witness_;  ///< in SAFEOP or OP now
   unsigned looked_ = 0;
 };
 

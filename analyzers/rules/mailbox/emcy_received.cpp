@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,6 +21,7 @@
 #include "decoder/esc/sync_manager.h"
 #include "decoder/mailbox/emergency.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/track/events.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit::emcy_received {
@@ -124,6 +127,9 @@ faults and warnings: such an emergency is an error.
 rejects of it: the address, the length, or the control and enable bytes. The refusal of the state has this as its reason
 if the settings show none, and if what the master set is not within what the slave accepts.
 
+By the standard 0xA000 is PREOP to SAFEOP, 0xA001 is SAFEOP to OP. Some makers use 0xA001 for SAFEOP to PREOP. If the
+master requested other states in the capture, and not this one, the finding names a failed state change only.
+
 Emergencies between an SDO request and its response belong together:
 
 - The finding states whether the SDO transfer succeeded.
@@ -143,7 +149,10 @@ class EmcyReceived final : public Rule {
   EmcyReceived() : Rule(kInfo) {
     Subscribe<mailbox::Emergency>(&EmcyReceived::On);
     Subscribe<mailbox::SdoTransfer>(&EmcyReceived::On);
+    Subscribe<track::AlRequest>(&EmcyReceived::On);
   }
+
+  void On(const track::AlRequest& e) { requested_[e.slave] |= StateBit(e.control.state()); }
 
   void On(const mailbox::Emergency& e) {
     if (e.data.too_short) return;  // mailbox-malformed
@@ -152,8 +161,13 @@ class EmcyReceived final : public Rule {
       Remember(e, known);
       return;
     }
-    const events::EmergencyInfo known = events::FindEmergency(context().slave(e.slave).profile, e.data.error_code);
-    const bool exact = known.code != nullptr && known.code->code == known.code->last_code;
+    events::EmergencyInfo known = events::FindEmergency(context().slave(e.slave).profile, e.data.error_code);
+    bool exact = known.code != nullptr && known.code->code == known.code->last_code;
+    const bool transition = IsFailedTransition(e.data.error_code) && exact && known.code->id.empty();
+    if (transition && OthersRequested(e)) {
+      known = events::FindEmergency(context().slave(e.slave).profile, kAnyTransition);
+      exact = false;
+    }
     const Severity severity = SeverityOf(e.data.error_code, known.code);
     Finding finding = Found(severity == Severity::kInfo ? kErrorFree : kEmergency, e.slave, e.frame);
     finding.confidence = known.inferred ? Confidence::kInferred : Confidence::kObserved;
@@ -175,7 +189,6 @@ class EmcyReceived final : public Rule {
       if (known.inferred && !own.empty()) finding.Set("id_source", arg::Text(own));
     }
     finding.Set("error_register", arg::Hex(e.data.error_register, 2));
-    const bool transition = IsFailedTransition(e.data.error_code) && exact && known.code->id.empty();
     if (transition) {
       SetTransition(e, finding);
     } else if (std::vector<Value> bits = BitsOf(e.data.error_register); !bits.empty()) {
@@ -230,8 +243,18 @@ class EmcyReceived final : public Rule {
   }
 
  private:
-  static constexpr std::uint16_t kToSafeop = 0xA000, kToOp = 0xA001;
+  static constexpr std::uint16_t kToSafeop = 0xA000, kToOp = 0xA001, kAnyTransition = 0xA0FF;
   static bool IsFailedTransition(std::uint16_t code) { return code == kToSafeop || code == kToOp; }
+
+  static constexpr std::uint32_t StateBit(std::uint8_t state) { return 1U << (state & 0x0FU); }
+
+  /// The master requested states of this slave, and not the one that the code of the standard is about.
+  [[nodiscard]] bool OthersRequested(const mailbox::Emergency& e) const {
+    const auto requested = requested_.find(e.slave);
+    if (requested == requested_.end()) return false;
+    const esc::AlState state = e.data.error_code == kToOp ? esc::AlState::OP : esc::AlState::SAFEOP;
+    return (requested->second & StateBit(static_cast<std::uint8_t>(state))) == 0;
+  }
 
   /// The error register is the state. 3 and 4 are SAFEOP and OP for some makers, BOOT and SAFEOP for others.
   void SetTransition(const mailbox::Emergency& e, Finding& finding) const {
@@ -374,6 +397,7 @@ class EmcyReceived final : public Rule {
   std::size_t next_ = 0;
   std::vector<Recent> aborts_;  // what an emergency explains
   std::vector<FindingIndex> transitions_;
+  std::map<SlaveId, std::uint32_t> requested_;  ///< a bit for each AL state that the master requested
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<EmcyReceived>};

@@ -317,7 +317,7 @@ class FmmuInactive final : public Rule {
     FindingIndex index = Repeat(id, key, frame);
     if (index == kNoFinding) {
       Finding finding = Describe(id, outputs, *manager, frame, off, refused);
-      // The master may have set it where its numbers skip.
+      // The master may have set it in a silence, or where its numbers skip.
       const bool skips = off == nullptr && context().network().MayMissBetween(FirstLearned(state), frame.number);
       if (skips) finding.confidence = Confidence::kInferred;
       index = Report(key, std::move(finding));

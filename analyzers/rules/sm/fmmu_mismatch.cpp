@@ -59,6 +59,11 @@ its FMMU {other_fmmu} ({other_length} from {other_start}, set in {other_fmmu_fra
     .next = "Give each slave its own place in the process image.",
     .identity = "logical_address"};
 
+constexpr NoteKind kInputsChange{
+    .name = "inputs-change",
+    .text = R"(In {change_frame} these inputs have another value. So the slave writes them without a sync manager, as
+terminals without a processor do.)"};
+
 constexpr NoteKind kTypesSwapped{
     .name = "types-in-other-order",
     .text =
@@ -67,7 +72,7 @@ used for {used}[{?by_eeprom}, also by the EEPROM]. A master that sets its FMMUs 
 the types of the EEPROM, or correct 1C00h in the firmware of the slave.)"};
 
 constexpr const FindingKind* kKinds[] = {&kWrongDirection, &kOutside, &kOnMailbox, &kSharedInputs};
-constexpr const NoteKind* kNotes[] = {&kTypesSwapped};
+constexpr const NoteKind* kNotes[] = {&kInputsChange, &kTypesSwapped};
 
 constexpr Word kOutputs{"outputs", "outputs", true};
 constexpr Word kInputs{"inputs", "inputs", true};
@@ -101,6 +106,8 @@ rules.
 
 - An FMMU on mailbox memory (SM0 or SM1 in mailbox mode) is reported as such if it does not fit the sync manager, or if
   no active FMMU maps the process data of its direction. A master may map the mailbox besides the process data.
+- If no sync manager is enabled at all, and inputs that the FMMU reads change, the slave writes them all the same: an
+  info.
 - FMMUs of registers (below 0x1000 and outside every sync manager: the mailbox state 0x080D) are normal.
 - Inputs and outputs of one slave at the same logical address are normal.
 - Write FMMUs of two slaves on the same bits are not evaluated: they may receive one command in common.
@@ -142,6 +149,7 @@ class FmmuMismatch final : public Rule {
     const track::Network& network = context().network();
     if (version_ != network.mapping_version()) FindShared(e);
     if (e.command == wire::Command::LWR) return;
+    for (Unmanaged& inputs : unmanaged_) WatchChange(e, inputs);
     for (Shared& shared : shared_) {
       if (!shared.reported && Covers(e, shared.bits) && Gives(shared.a.slave) && Gives(shared.b.slave)) {
         ReportShared(e, shared);
@@ -171,6 +179,39 @@ class FmmuMismatch final : public Rule {
     esc::BitRange bits;
     bool reported = false;
   };
+
+  /// Inputs of a slave without an enabled sync manager: whether their values change.
+  struct Unmanaged {
+    FindingIndex finding = kNoFinding;
+    std::uint32_t logical = 0;
+    std::uint16_t length = 0;
+    std::optional<std::uint64_t> first;  ///< of the first bytes
+  };
+
+  void WatchChange(const track::LogicalAccess& e, Unmanaged& inputs) {
+    if (inputs.finding == kNoFinding || e.address > inputs.logical) return;
+    const std::size_t at = inputs.logical - e.address;
+    if (!ecaudit::Fits(e.returned_data, at, inputs.length)) return;
+    const auto value = [&](ByteSpan data) {
+      std::uint64_t number = 0;
+      for (std::size_t i = 0; i < std::min<std::size_t>(inputs.length, sizeof number); ++i) {
+        number = number << 8U | data[at + i];
+      }
+      return number;
+    };
+    const std::uint64_t now = value(e.returned_data);
+    // What the master sent there remains if no slave writes it.
+    const bool sent_so =
+        e.command == wire::Command::LRW && ecaudit::Fits(e.sent_data, at, inputs.length) && value(e.sent_data) == now;
+    if (sent_so) return;
+    if (!inputs.first) inputs.first = now;
+    if (*inputs.first == now) return;
+    Finding& finding = context().store[inputs.finding];
+    finding.Add(kInputsChange, {{"change_frame", arg::Frame(e.returned.number)}});
+    AddRelated(finding, e.returned.number);
+    context().store.Regrade(inputs.finding, Severity::kInfo);
+    inputs.finding = kNoFinding;
+  }
 
   static bool Covers(const track::LogicalAccess& e, const esc::BitRange& bits) {
     return !esc::Intersect(bits, {std::uint64_t{e.address} * 8, std::uint64_t{e.length} * 8}).empty();
@@ -273,10 +314,10 @@ class FmmuMismatch final : public Rule {
         if (manager) learned = std::min(learned, manager->since);
       }
     }
-    const bool may_miss = against && !MissesPackets(context().pairing())
-                              ? last_certain_gap_ > learned
-                              : context().network().MayMissBetween(learned, e.frame.number);
-    if (may_miss) {
+    const bool likely_whole = against && !MissesPackets(context().pairing());
+    const bool misses =
+        likely_whole ? last_certain_gap_ > learned : context().network().MissesBetween(learned, e.frame.number);
+    if (misses) {
       NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kSyncManagersAndFmmus, e.frame.number);
       return;
     }
@@ -287,10 +328,19 @@ class FmmuMismatch final : public Rule {
     const std::uint64_t key = std::uint64_t{fmmu.physical_start} << 40U | std::uint64_t{fmmu.length} << 24U |
                               std::uint64_t{fmmu.type} << 16U | (against ? 0x80U : 0U) | n;
     if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
-    if (mailbox && (!against || against == mailbox)) {
-      Report(key, DescribeMailbox(e, n, fmmu, {*mailbox, unmapped}, managers));
-    } else {
-      Report(key, DescribePlace(e, n, fmmu, outside, against, managers));
+    Finding finding = mailbox && (!against || against == mailbox)
+                          ? DescribeMailbox(e, n, fmmu, {*mailbox, unmapped}, managers)
+                          : DescribePlace(e, n, fmmu, outside, against, managers);
+    // The master may have set them in a silence, or where its numbers skip.
+    if (!likely_whole && context().network().MayMissBetween(learned, e.frame.number)) {
+      finding.confidence = Confidence::kInferred;
+    }
+    const bool any_enabled = finding.arguments.Has("enabled");
+    const FindingIndex index = Report(key, std::move(finding));
+    const bool whole_bytes = fmmu.logical_start_bit == 0 && fmmu.physical_start_bit == 0;
+    if (index != kNoFinding && outside && !against && !any_enabled && fmmu.reads() && whole_bytes &&
+        unmanaged_.size() < kMaxShared) {
+      unmanaged_.push_back({index, fmmu.logical_start, fmmu.length, {}});
     }
   }
 
@@ -484,6 +534,7 @@ class FmmuMismatch final : public Rule {
   std::optional<std::uint64_t> version_;        ///< of the mapping that mapped_ and shared_ were made from
   std::vector<Mapped> mapped_;                  ///< FMMUs that give process data, by their first logical bit
   std::vector<Shared> shared_;
+  std::vector<Unmanaged> unmanaged_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<FmmuMismatch>};

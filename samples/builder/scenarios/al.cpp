@@ -295,4 +295,30 @@ Sample UnexpectedErrorUnread() {
   return story.Finish();
 }
 
+/// With its clock and SYNC0, as its ESI requires.
+Sample OpGivenUpEarly() {
+  MasterWay way;
+  way.poll_interval = 50 * kMs;
+  Story story(way);
+  SlaveDescription servo = AcmeServo();
+  servo.al.op_time = 5'000 * kMs;
+  story.Add(std::move(servo));
+  ScriptedMaster& master = story.master;
+  constexpr TimeNs kCycle = 20 * kMs;
+  master.Scan();
+  master.BringToPreop();
+  master.SetUpClocks(8);
+  master.BringToSafeop();
+  master.StartSync0(0, static_cast<std::uint32_t>(kCycle));
+  master.Wait(140 * kMs);
+  master.WaitUntil((master.now() / kCycle + 1) * kCycle + kCycle * 8 / 10);
+  master.StartCyclic({.cycle = kCycle, .distributes_time = true});
+  master.Cycles(5);
+  const AlAnswer late = master.ChangeState(0, Al::kOp, 2'000 * kMs);
+  story.Expect("al-timeout", 0, late.request, "no OP and no error within 2 s").Until(late.status_read);
+  master.StopCyclic();
+  master.ChangeState(0, Al::kInit);
+  return story.Finish();
+}
+
 }  // namespace ecaudit::samples

@@ -154,4 +154,61 @@ Sample SdoBeforePreop() {
   return story.Finish();
 }
 
+/// SAFEOP is refused for the supply voltage. The drive adds a message to its diagnosis history.
+Sample DiagnosisMessage() {
+  constexpr std::uint16_t kHistory = 0x10F3, kError = 2, kText = 0x4403;
+  constexpr std::uint32_t kSupplyTooLow = 0x3220'E800;
+  constexpr std::uint8_t kMessage = 6;
+  Story story;
+  SimulatedSlave& drive = story.Add(AcmeServo());
+  ObjectDictionary& objects = drive.objects();
+  objects.AddNumber(kHistory, 0, std::uint8_t{kMessage}, false, "Diagnosis history");
+  objects.AddNumber(kHistory, 1, std::uint8_t{1}, false, "Maximum messages");
+  objects.AddNumber(kHistory, 2, std::uint8_t{0}, false, "Newest message");
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.BringToPreop();
+  master.Upload(0, kHistory, 2);
+  drive.Override({.from = 2, .to = 4, .action = AlOverride::Action::kRefuse, .code = 0x8007, .times = 1});
+  master.SetUpProcessData(0);
+  master.MapProcessImage();
+  const AlAnswer refused = master.ChangeState(0, Al::kSafeop);
+  Bytes message = LeBytes(kSupplyTooLow);
+  AppendLe(message, kError);
+  AppendLe(message, kText);
+  AppendLe(message, static_cast<std::uint64_t>(5'120'000'000));
+  objects.Add(kHistory, kMessage, {.type = 10, .value = message, .name = "Diagnosis message"});
+  objects.Set(kHistory, 2, kMessage);
+  story.Expect("al-refused", 0, refused.status_read, "0x8007; 10F3h:6 has a message with error 0x3220");
+  master.Upload(0, kHistory, 2);
+  master.Upload(0, kHistory, kMessage);
+  master.Acknowledge(0, Al::kPreop);
+  master.ChangeState(0, Al::kSafeop);
+  master.ShutDown();
+  return story.Finish();
+}
+
+Sample AoeRejectedMidRun() {
+  Story story;
+  story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  story.capture.Pause();
+  master.Scan();
+  master.BringToPreop();
+  master.BringToSafeop();
+  master.BringToOp({.reads_al_status = true});
+  master.Cycles(20);
+  story.capture.Resume();
+  master.Cycles(20);
+  // Read device info: target and source with port, command 1, request, no data, no error, invoke ID 1.
+  constexpr std::uint8_t kAoe = 1;
+  master.WriteMailbox(0, kAoe, {0xC0, 0xA8, 0, 1, 1, 1, 0x10, 0x27, 0xC0, 0xA8, 0, 2, 1, 1, 0x00, 0x80,
+                                1,    0,    4, 0, 0, 0, 0,    0,    0,    0,    0, 0, 1, 0, 0,    0});
+  FrameIds reply{};
+  master.ReadMailbox(0, 100 * kMs, &reply);
+  story.Expect("mailbox-error-reply", 0, reply, "0x0002: AoE is not supported");
+  master.Cycles(20);
+  return story.Finish();
+}
+
 }  // namespace ecaudit::samples

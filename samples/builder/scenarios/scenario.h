@@ -128,6 +128,11 @@ Sample OpWithoutProcessData();
 Sample BroadcastShowsError();
 Sample BroadcastShowsAllFall();
 Sample OpWaitsForProcessData();
+// slave_decides.cpp
+Sample OneBufferInputs();
+Sample OneBufferNeverFilled();
+Sample InputsSyncManagerOff();
+Sample OutputsNeverWritten();
 // masters.cpp
 Sample MasterIgh();
 Sample MasterEtherCrab();
@@ -149,6 +154,7 @@ Sample AcceptedIllegal();
 Sample InvalidRequest();
 Sample UnexpectedErrorUnread();
 Sample ErrorStanding();
+Sample OpGivenUpEarly();
 // mailbox.cpp
 Sample SdoAborts();
 Sample MailboxNoResponse();
@@ -158,6 +164,8 @@ Sample FoeUnsupported();
 Sample FoeEndsInError();
 Sample MailboxCounterSkipped();
 Sample SdoBeforePreop();
+Sample DiagnosisMessage();
+Sample AoeRejectedMidRun();
 // bus.cpp
 Sample LostFrames();
 Sample SecondMaster();

@@ -21,6 +21,8 @@ using samples::Bytes;
   switch (gap) {
     case GapBefore::kNone:
       break;
+    case GapBefore::kRounds:
+      return "rounds";
     case GapBefore::kPossible:
       return "silence";
     case GapBefore::kSkip:
@@ -75,7 +77,7 @@ class PairingLog final : public BusSink {
   }
 
   std::vector<std::string> words;
-  std::vector<std::string> gaps;  ///< "hole 5+6": frames are missing before frame 5; "skip 5+6", "silence 5+6": perhaps
+  std::vector<std::string> gaps;  ///< "hole 5+6": frames are missing before frame 5; skip, rounds, silence: perhaps
   /// "5+6 again 7": frame 7 is frame 5 once more, which had come back as 6; "5+8 late after 7": it came back then.
   std::vector<std::string> repeats;
   std::vector<FrameNo> sent;

@@ -666,10 +666,17 @@ TEST(PairingGap, ARepeatedFrameIsNoGap) {
 }
 
 TEST(PairingGap, SixteenIndicesComeRoundInALongSilence) {
-  // 31 frames may be missing here: the index says nothing any more, and neither does the silence.
+  // Two rounds of 16 frames may be missing here. But all frames are matched, and the index is the next one.
   const Paired result = PairUp(Numbered(100, 0, 16) + "+32ms FPRD 0x1001:0x0130 08 00 idx=4\n" + Numbered(60, 5, 16));
-  EXPECT_THAT(result.log.gaps, ElementsAre("silence 201+202"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("rounds 201+202"));
   EXPECT_EQ(result.statistics.gaps, 0U);
+  // Near misses: a frame that never returned, and a master with few indices.
+  const std::string late = "+32ms FPRD 0x1001:0x0130 08 00 idx=";
+  EXPECT_THAT(PairUp(Numbered(20, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=4 @lost\n" + Numbered(79, 5, 16) + late +
+                     "4\n" + Numbered(60, 5, 16))
+                  .log.gaps,
+              ElementsAre("silence 200+201"));
+  EXPECT_THAT(PairUp(Numbered(100, 0, 4) + late + "0\n" + Numbered(60, 1, 4)).log.gaps, ElementsAre("silence 201+202"));
 }
 
 TEST(PairingGap, ManyIndicesShowThatAMasterWasSilent) {
@@ -842,7 +849,7 @@ TEST(PairingGap, SixteenIndicesComeRoundWhereAReturnIsMissingAndTheMasterWasFast
   for (int i = 0; i < 40; ++i) burst += "+50us FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(i % 16) + "\n";
   const std::string behind = "+5ms FPRD 0x1001:0x0120 08 00 idx=1\n" + Numbered(20, 2, 16);
   const std::string before = burst + Numbered(40, 8, 16);
-  const std::string slower = "silence 81+82";  // where it sends less often for the first time
+  const std::string slower = "rounds 81+82";  // where it sends less often for the first time
   EXPECT_THAT(PairUp(before + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 @lost\n" + behind).log.gaps,
               ElementsAre(slower, "silence 162+163"));
   EXPECT_THAT(PairUp(before + "+1ms FPRD 0x1001:0x0130 08 00 idx=0\n" + behind).log.gaps, ElementsAre(slower))

@@ -178,6 +178,20 @@ TEST(TextWriter, RequestsThatAreFollowedGoWithoutSaying) {
               HasSubstr("AL states INIT #10 at 0.009 s -> PREOP #30 at 0.029 s -> SAFEOP requested #40 at 0.039 s"));
 }
 
+TEST(TextWriter, TheSameRequestAgainAndAgainIsOneStep) {
+  CaptureReport capture = RefusedSafeop();
+  std::vector<AlStep>& history = capture.result.slaves[0].al_history;
+  history.clear();
+  for (FrameNo frame = 1; frame <= 70; ++frame) history.push_back(test::MakeStep(AlStep::Kind::kRequest, frame, 1, 2));
+  history.push_back(test::MakeStep(AlStep::Kind::kState, 80, 1, 2));
+  EXPECT_THAT(Unwrapped(WrittenText(capture)),
+              HasSubstr("AL states PREOP requested 70 times #1 at 0.000 s to #70 at 0.069 s -> PREOP #80 at 0.079 s"));
+  // Another state between them, or another answer, is a step of its own.
+  history = {test::MakeStep(AlStep::Kind::kRequest, 1, 1, 2), test::MakeStep(AlStep::Kind::kRequest, 2, 1, 4),
+             test::MakeStep(AlStep::Kind::kRequest, 3, 1, 2)};
+  EXPECT_THAT(Unwrapped(WrittenText(capture)), HasSubstr("PREOP requested #1 at 0.000 s -> SAFEOP requested #2"));
+}
+
 TEST(TextWriter, LongStoriesAreShortened) {
   CaptureReport capture = RefusedSafeop();
   std::vector<AlStep>& history = capture.result.slaves[0].al_history;
