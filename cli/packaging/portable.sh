@@ -71,36 +71,24 @@ build_qt() {
   build_library "$system" qt6-base qt6-base -DBUILD_SHARED_LIBS=OFF -DQT_BUILD_EXAMPLES=OFF -DQT_BUILD_TESTS=OFF "${off[@]}" "$@"
 }
 
-# Files are read, no interface: none of the drivers of libpcap.
-build_pcap_linux() {
-  local libraries=$output/linux/libraries build=$output/linux/libpcap
+# build_pcap SYSTEM OPTIONS...: files are read, no interface, so none of its drivers.
+build_pcap() {
+  local system=$1 libraries=$output/$1/libraries build=$output/$1/libpcap driver off=()
+  shift
   [[ -f $libraries/lib/libpcap.a ]] && return
   source_of libpcap
-  say "building libpcap for linux"
+  say "building libpcap for $system"
+  for driver in USB DBUS BLUETOOTH NETMAP RDMA DPDK LINUX_USBMON; do off+=("-DDISABLE_$driver=ON"); done
   mkdir -p "$build"
-  (
-    cd "$build"
-    logged "$build.log" "$output/sources/libpcap/configure" --prefix="$libraries" --with-pcap=null --disable-shared \
-      --disable-usb --disable-dbus --disable-bluetooth --disable-netmap --disable-rdma --without-libnl --without-dag \
-      --without-snf --disable-remote
-    logged "$build.log" make -j "$jobs"
-    logged "$build.log" make install
-  )
-}
-
-build_pcap_windows() {
-  local libraries=$output/windows/libraries build=$output/windows/libpcap
-  [[ -f $libraries/lib/libpcap.a ]] && return
-  source_of libpcap
-  say "building libpcap for windows"
-  mkdir -p "$build"
-  # In its own folder: it writes a file "NUL:" where it is configured.
+  # In its own folder: for Windows it writes a file "NUL:" where it is configured.
   (
     cd "$build"
     logged "$build.log" cmake -S "$output/sources/libpcap" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-      "-DCMAKE_INSTALL_PREFIX=$libraries" "-DCMAKE_TOOLCHAIN_FILE=$toolchain" -DPCAP_TYPE=null -DENABLE_REMOTE=OFF
+      "-DCMAKE_INSTALL_PREFIX=$libraries" -DPCAP_TYPE=null -DENABLE_REMOTE=OFF -DBUILD_WITH_LIBNL=OFF \
+      -DCMAKE_DISABLE_FIND_PACKAGE_OpenSSL=ON "${off[@]}" "$@"
   )
-  # Its programs want a driver, so `install` is out of reach.
+  # `install` is out of reach: Debian's linker script for the shared library comes of its own build, and the programs for
+  # Windows want a driver.
   logged "$build.log" cmake --build "$build" -j "$jobs" --target pcap_static
   mkdir -p "$libraries"/{include/pcap,lib/pkgconfig}
   cp "$output/sources/libpcap/pcap.h" "$libraries/include"
@@ -135,7 +123,7 @@ build_linux() {
   local libraries=$output/linux/libraries build=$output/linux/program
   local name=ecaudit-$(version)-linux-$(uname -m)
   build_qt linux
-  build_pcap_linux
+  build_pcap linux
   say "building the program for linux"
   # The last options of the linker come after the -pie of the hardened build, and win. A static program at addresses of its
   # own choice (-static-pie) ends in the start code of Debian's C library.
@@ -166,7 +154,7 @@ build_windows() {
   # Nothing of this machine's own libraries.
   export PKG_CONFIG_LIBDIR=$libraries/lib/pkgconfig
   build_qt windows "-DCMAKE_TOOLCHAIN_FILE=$toolchain" "${host_qt[@]}"
-  build_pcap_windows
+  build_pcap windows "-DCMAKE_TOOLCHAIN_FILE=$toolchain"
   if [[ ! -f $libraries/lib/libzstd.a ]]; then
     source_of libzstd
     say "building zstd for windows"

@@ -6,6 +6,7 @@ import os
 import pathlib
 import pty
 import re
+import select
 import shutil
 import signal
 import subprocess
@@ -13,9 +14,11 @@ import time
 import unittest
 
 from support import PROGRAM, SOURCE, CliTest, healthy_capture
+from test_interrupt import sleeps
 
 WINE = os.environ.get("ECAUDIT_WINE", "/usr/lib/wine/wine64")
 EXE = os.environ.get("ECAUDIT_EXE", "")
+SILENT_PIPE = os.environ.get("ECAUDIT_SILENT_PIPE", "")
 SAMPLES = SOURCE / "samples" / "captures"
 REFUSED = SAMPLES / "init-to-op-refused.pcapng"
 CAUSE = "slave 0: OP requested in INIT: not allowed (#109)"
@@ -144,8 +147,8 @@ def screen(raw: bytes) -> str:
 
 
 class WindowsConsole(CliTest):
-    def on_console(self, *arguments, **environment):
-        """Exit status, and what a console shows."""
+    def on_console(self, *arguments, interrupt_after=None, **environment):
+        """Exit status, and what a console shows. Ctrl-C is typed once it shows `interrupt_after`."""
         env = {k: v for k, v in os.environ.items() if k != "NO_COLOR"} | {"TERM": "xterm"} | environment
         child, leader = pty.fork()
         if child == 0:
@@ -153,8 +156,17 @@ class WindowsConsole(CliTest):
             os.execve(WINE, [WINE, EXE, *map(str, arguments)], env)
         out = b""
         try:
-            while chunk := os.read(leader, 65536):
+            while True:
+                if not select.select([leader], [], [], 120)[0]:
+                    os.kill(child, signal.SIGKILL)
+                    break
+                if not (chunk := os.read(leader, 65536)):
+                    break
                 out += chunk
+                if interrupt_after and interrupt_after in screen(out):
+                    time.sleep(2)  # until it listens
+                    os.write(leader, b"\x03")
+                    interrupt_after = None
         except OSError:  # Linux reports the closed end so
             pass
         os.close(leader)
@@ -175,26 +187,36 @@ class WindowsConsole(CliTest):
         name = self.file("größe 日本.pcap", healthy_capture())
         self.assertIn("größe 日本.pcap: no findings", self.on_console("check", "--color=never", name)[1])
 
+    def test_interrupted_while_it_waits_for_the_keyboard(self):
+        self.file("esi/drive.xml", (SOURCE / "samples" / "descriptions" / "drive.esi.xml").read_bytes())
+        self.file("esi/broken.xml", "<broken")
+        status, shown = self.on_console("check", "--esi", "esi", "-", interrupt_after="ignored")
+        self.assertEqual(status, 130)
+        self.assertIn("ecaudit: -: interrupted before its first packet", shown)
+
 
 @unittest.skipUnless(EXE, "set ECAUDIT_EXE")
 class WindowsInterrupt(CliTest):
     """wine makes Ctrl-C of SIGINT."""
 
-    def interrupted(self, *arguments, ready):
-        member = gzip.compress(healthy_capture()[24:] * 1000)
-        big = self.file("big.pcap.gz", gzip.compress(healthy_capture()[:24]) + member * 70)
-        os.link(big, self.dir / "next.pcap.gz")
-        with subprocess.Popen([PROGRAM, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL,
+    def interrupted(self, *arguments, ready, before=()):
+        words = [*before, EXE, *arguments] if before else [PROGRAM, *arguments]
+        with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL,
                               cwd=self.dir) as child:
             try:
                 self.wait_until(child, ready)
-                child.send_signal(signal.SIGINT)
+                os.kill(self.process_of(words) if before else child.pid, signal.SIGINT)
                 out, err = child.communicate(timeout=10)
             finally:
                 child.kill()
         self.assertEqual(child.returncode, 130, f"{arguments}\n{err.decode()}")
         self.assertIn("interrupted", err.decode())
         return out.decode(), err.decode()
+
+    def big_captures(self):
+        member = gzip.compress(healthy_capture()[24:] * 1000)
+        big = self.file("big.pcap.gz", gzip.compress(healthy_capture()[:24]) + member * 70)
+        os.link(big, self.dir / "next.pcap.gz")
 
     def wait_until(self, child, ready):
         until = time.monotonic() + 60
@@ -210,16 +232,36 @@ class WindowsInterrupt(CliTest):
             return int(stat.read().rsplit(")", 1)[1].split()[11]) > os.sysconf("SC_CLK_TCK")
 
     def test_what_was_read_is_reported(self):
+        self.big_captures()
         out, err = self.interrupted("check", "-o", "json=report.json", "big.pcap.gz", ready=self.reads)
         self.assertIn("the report covers only the part of the capture that was read", out)
         self.assertRegex(err, r"^ecaudit: big\.pcap\.gz: interrupted after [\d,]+ packets\n$")
         self.assertIs(json.loads((self.dir / "report.json").read_text())["reports"][0]["capture"]["complete"], False)
 
+    def process_of(self, words):
+        """The program that another one has started here."""
+        for folder in pathlib.Path("/proc").glob("[0-9]*"):
+            try:
+                if folder.joinpath("cwd").readlink() == self.dir and folder.joinpath("cmdline").read_text().startswith(EXE):
+                    return int(folder.name)
+            except OSError:  # of a process that has ended
+                continue
+        raise AssertionError(f"{words}: the program does not run")
+
+    @unittest.skipUnless(SILENT_PIPE, "set ECAUDIT_SILENT_PIPE")
+    def test_a_pipe_that_falls_silent(self):
+        out, err = self.interrupted("check", "-", before=[WINE, SILENT_PIPE, "healthy.pcap"],
+                                    ready=lambda child: child.stdout.readline() == b"read\r\n")
+        self.assertIn("the report covers only the part of the capture that was read", out)
+        self.assertEqual(err, "ecaudit: -: interrupted after 46 packets\n")
+
     def test_a_copy_leaves_nothing(self):
+        self.big_captures()
         self.interrupted("annotate", "big.pcap.gz", "-o", "out.pcapng", ready=self.reads)
         self.assertEqual([path.name for path in self.dir.iterdir() if path.name.startswith("out")], [])
 
     def test_a_batch_stops_its_workers(self):
+        self.big_captures()
         # The report of one comes from a worker, which then reads another one.
         reports = self.dir / "ecaudit-reports"
         out, err = self.interrupted("batch", "--jobs", "1", "big.pcap.gz", "next.pcap.gz",

@@ -199,6 +199,8 @@ bool WaitForBytes(int fd, int ms) {
   constexpr DWORD kStepMs = 5;
   const HANDLE handle = HandleOf(fd);
   const DWORD type = ::GetFileType(handle);
+  // A console; NUL is ready at all times.
+  if (type == FILE_TYPE_CHAR) return ::WaitForSingleObject(handle, static_cast<DWORD>(ms)) != WAIT_TIMEOUT;
   if (type != FILE_TYPE_PIPE) return true;
   for (const ULONGLONG end = ::GetTickCount64() + static_cast<ULONGLONG>(ms);; ::Sleep(kStepMs)) {
     DWORD available = 0;
