@@ -23,7 +23,7 @@ namespace {
 constexpr std::string_view kFirstPage =
     R"(ecaudit reads EtherCAT captures: what happened, where, why, and what to do.
 
-  ecaudit check CAPTURE    findings of a capture, each with cause and remedy; -o report.html adds a page with plots
+  ecaudit check CAPTURE    findings of a capture, each with cause and remedy; -o html=report.html adds a page with plots
   ecaudit batch FOLDER     all captures of a folder, in parallel, with one summary
   ecaudit explain NAME     a rule, code, fault, object or register: al-refused, 0x001b, F503, 6041h, 0x0130
 
