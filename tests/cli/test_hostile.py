@@ -242,7 +242,7 @@ class HostileFiles(CliTest):
         self.file("in/a.pcap", faulty_capture())
         done = self.run_program("batch", "in")
         self.assertIn("Configuration files", done.out)
-        self.assertRegex(done.out, r"in/\.ecaudit\.json: 1 capture")
+        self.assertRegex(done.out, r"in[/\\]\.ecaudit\.json: 1 capture")
 
     def test_a_link_under_the_name_of_a_report_is_replaced(self):
         self.file("in/a.pcap", healthy_capture())

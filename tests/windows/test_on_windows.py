@@ -6,6 +6,7 @@ import os
 import pathlib
 import pty
 import re
+import select
 import shutil
 import signal
 import subprocess
@@ -155,9 +156,15 @@ class WindowsConsole(CliTest):
             os.execve(WINE, [WINE, EXE, *map(str, arguments)], env)
         out = b""
         try:
-            while chunk := os.read(leader, 65536):
+            while True:
+                if not select.select([leader], [], [], 120)[0]:
+                    os.kill(child, signal.SIGKILL)
+                    break
+                if not (chunk := os.read(leader, 65536)):
+                    break
                 out += chunk
                 if interrupt_after and interrupt_after in screen(out):
+                    time.sleep(2)  # until it listens
                     os.write(leader, b"\x03")
                     interrupt_after = None
         except OSError:  # Linux reports the closed end so
@@ -181,7 +188,9 @@ class WindowsConsole(CliTest):
         self.assertIn("größe 日本.pcap: no findings", self.on_console("check", "--color=never", name)[1])
 
     def test_interrupted_while_it_waits_for_the_keyboard(self):
-        status, shown = self.on_console("check", self.healthy, "-", interrupt_after="PASS")
+        self.file("esi/drive.xml", (SOURCE / "samples" / "descriptions" / "drive.esi.xml").read_bytes())
+        self.file("esi/broken.xml", "<broken")
+        status, shown = self.on_console("check", "--esi", "esi", "-", interrupt_after="ignored")
         self.assertEqual(status, 130)
         self.assertIn("ecaudit: -: interrupted before its first packet", shown)
 
