@@ -271,6 +271,18 @@ class WindowsInterrupt(CliTest):
         self.assertEqual(len(list(reports.iterdir())), 1)
 
 
+class WindowsPlugin(CliTest):
+    def test_the_folders_of_wireshark(self):
+        done = self.run_program("wireshark", "--install", self.healthy)
+        self.assertEqual(done.returncode, 0, done.err)
+        # Wireshark's manual, "Plugin folders" and "Configuration files".
+        plugin, = re.findall(r"(?m)^plugin: C:(.*\\AppData\\Roaming\\Wireshark\\plugins\\ecaudit\.lua)$", done.out)
+        drive = pathlib.Path(os.environ["WINEPREFIX"]) / "drive_c"
+        installed = drive / plugin.replace("\\", "/").lstrip("/")
+        self.assertEqual(installed.read_bytes(), (SOURCE / "cli" / "wireshark" / "ecaudit.lua").read_bytes())
+        self.assertTrue((installed.parents[1] / "profiles" / "ecaudit" / "preferences").is_file())
+
+
 class WindowsLocks(CliTest):
     def held(self, name):
         """Another program that has a file open, as a viewer or a recorder has."""
