@@ -19,7 +19,7 @@ if [[ ${#suites[@]} -eq 0 ]]; then
           BatchSlaves Merge StartupShow StartupExpect StartupFiles EsiRequirements Diff DecodeJson DecodeText DecodeSelection
           DecodeStreams EventBasics EventSdo EventMailbox EventEeprom SignalTable SignalStreams DeviceFileOptions Slice
           Annotate HtmlPages Anonymize PluginFolders HostileFiles FullDisk InterruptedReading)
-  windows_suites=(WindowsNames WindowsText WindowsConsole WindowsInterrupt WindowsLocks)
+  windows_suites=(WindowsNames WindowsText WindowsConsole WindowsInterrupt WindowsPlugin WindowsLocks)
 else
   windows_suites=()
 fi

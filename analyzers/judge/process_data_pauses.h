@@ -51,7 +51,7 @@ class ProcessDataPauses {
   static constexpr TimeNs kShows = 20'000'000;
 
   [[nodiscard]] bool IsPause(TimeNs length) const {
-    return length >= kShortest && usual_ > 0 && length >= kUnusual * usual_;
+    return length >= kShortest && usual_ > 0 && length / kUnusual >= usual_;
   }
 
   FrameRef last_;

@@ -385,7 +385,7 @@ void AxisWatch::Step(const FrameRef& frame) {
 }
 
 /// Where both words are what they were, and hardly anything can have happened in between, the gap changes nothing of
-/// what lasts. What moves in each cycle begins anew.
+/// what lasts. What moves in each cycle begins again.
 void AxisWatch::Resume() {
   const std::unique_ptr<Paused> paused = std::move(paused_);
   const AxisView& before = paused->before;

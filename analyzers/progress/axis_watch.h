@@ -129,7 +129,7 @@ class AxisWatch {
     AxisRecord record;
     Lasting after;
   };
-  /// What was under way before a capture gap.
+  /// What was going on before a capture gap.
   struct Paused {
     AxisView before;
     EnableCheck enable;

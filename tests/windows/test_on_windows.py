@@ -206,7 +206,7 @@ class WindowsInterrupt(CliTest):
             try:
                 self.wait_until(child, ready)
                 os.kill(self.process_of(words) if before else child.pid, signal.SIGINT)
-                out, err = child.communicate(timeout=10)
+                out, err = child.communicate(timeout=60)
             finally:
                 child.kill()
         self.assertEqual(child.returncode, 130, f"{arguments}\n{err.decode()}")
@@ -219,7 +219,7 @@ class WindowsInterrupt(CliTest):
         os.link(big, self.dir / "next.pcap.gz")
 
     def wait_until(self, child, ready):
-        until = time.monotonic() + 60
+        until = time.monotonic() + 300
         while not ready(child):
             self.assertIsNone(child.poll(), "it ended too early")
             self.assertLess(time.monotonic(), until)
@@ -269,6 +269,18 @@ class WindowsInterrupt(CliTest):
         self.assertIn("INCOMPLETE", out)
         self.assertIn("interrupted, 1 not checked", err)
         self.assertEqual(len(list(reports.iterdir())), 1)
+
+
+class WindowsPlugin(CliTest):
+    def test_the_folders_of_wireshark(self):
+        done = self.run_program("wireshark", "--install", self.healthy)
+        self.assertEqual(done.returncode, 0, done.err)
+        # Wireshark's manual, "Plugin folders" and "Configuration files".
+        plugin, = re.findall(r"(?m)^plugin: C:(.*\\AppData\\Roaming\\Wireshark\\plugins\\ecaudit\.lua)$", done.out)
+        drive = pathlib.Path(os.environ["WINEPREFIX"]) / "drive_c"
+        installed = drive / plugin.replace("\\", "/").lstrip("/")
+        self.assertEqual(installed.read_bytes(), (SOURCE / "cli" / "wireshark" / "ecaudit.lua").read_bytes())
+        self.assertTrue((installed.parents[1] / "profiles" / "ecaudit" / "preferences").is_file())
 
 
 class WindowsLocks(CliTest):
