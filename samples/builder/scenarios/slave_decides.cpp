@@ -54,11 +54,6 @@ Sample InputsSyncManagerOff() {
   story.Add(std::move(terminal));
   ScriptedMaster& master = story.master;
   master.Scan();
-  // Its categories, up to the end mark.
-  constexpr std::uint16_t kCategories = 0x40, kEnd = 0x70;
-  for (std::uint16_t word = kCategories; word < kEnd; word = static_cast<std::uint16_t>(word + 2)) {
-    master.ReadEeprom(1, word);
-  }
   master.BringToPreop();
   master.BringToSafeop();
   master.BringToOp();
@@ -78,13 +73,13 @@ Sample OutputsNeverWritten() {
   master.MapProcessImage();
   master.Fpwr(master.station(0), reg::kFmmu + 12, {0});
   master.ChangeState(0, Al::kSafeop);
-  master.StartCyclic({.cycle = 20 * kMs});
+  master.StartCyclic({.cycle = 3 * kMs});
   master.Cycles(5);
   const AlAnswer op = master.ChangeState(0, Al::kOp);
   story.Expect("fmmu-inactive", 0, op.request, "no FMMU maps the outputs, but the drive stays in OP: watchdog off")
       .Until(op.status_read);
   for (int i = 0; i < 3; ++i) {
-    master.Cycles(50);
+    master.Cycles(120);
     master.Poll(0, 8, 0);
   }
   master.ShutDown();

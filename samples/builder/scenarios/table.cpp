@@ -51,8 +51,8 @@ constexpr Scenario kScenarios[] = {
      "A drive, and a slave whose SM3 has one buffer, filled every 2.5 ms. With cycles of 1 ms the working counter "
      "changes.",
      "Clean.", OneBufferInputs},
-    {"inputs-sm-off", "An input terminal that runs with its sync manager disabled, as its EEPROM has it.", "Clean.",
-     InputsSyncManagerOff},
+    {"inputs-sm-off", "An input terminal that runs with its sync manager disabled; its inputs change all the same.",
+     "Clean; the FMMU as an info.", InputsSyncManagerOff},
     // --- AL state machine
     {"init-to-op-refused", "INIT to OP requested, refused with 0x0011, acknowledged, then done step by step.",
      "The illegal request, and the refusal it causes.", InitToOpRefused},
