@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <set>
 #include <string_view>
-#include <system_error>
 #include <tuple>
 #include <utility>
 
@@ -17,6 +15,7 @@
 #include "cli/report/sentences.h"
 #include "cli/report/times.h"
 #include "cli/suggest.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/system/names.h"
 #include "decoder/base/text.h"
 
@@ -287,8 +286,7 @@ std::string WriteBaseline(const report::Digest& digest, const Baseline& before) 
 }
 
 Baseline BaselineBefore(const std::string& path) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) return {};
+  if (!system::IsFile(path)) return {};
   Result<Baseline> before = ReadBaseline(path);
   return before ? std::move(*before) : Baseline{};
 }

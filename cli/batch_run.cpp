@@ -15,6 +15,7 @@
 #include "cli/report/json_writer.h"
 #include "cli/report_folder.h"
 #include "cli/version.h"
+#include "decoder/base/system/files.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -264,8 +265,7 @@ class Batch {
   }
 
   [[nodiscard]] bool LacksPage(const BatchJob& job) const {
-    std::error_code ignored;
-    return !options_.pages.empty() && !std::filesystem::is_regular_file(PathOfPage(job, options_), ignored);
+    return !options_.pages.empty() && !system::IsFile(PathOfPage(job, options_));
   }
   /// Its page belongs to a capture that was read.
   void NamePage(const BatchJob& job, report::CaptureDigest& digest) const {

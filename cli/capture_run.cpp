@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <system_error>
 #include <utility>
 
 #include "cli/crash.h"
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -29,8 +29,7 @@ std::optional<Error> CaptureRun::Prepare() {
     return Error{"standard input (-) can be read only once"};
   }
   for (const std::string& capture : options.captures) {
-    std::error_code ignored;
-    if (!std::filesystem::is_directory(capture, ignored)) continue;
+    if (!system::IsFolder(capture)) continue;
     return Error{capture + " is a folder, not a capture; to check all captures in it: ecaudit batch " + capture};
   }
   if (auto error = CheckBaselineIsWhole(options, gate)) return error;

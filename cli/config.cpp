@@ -139,10 +139,11 @@ std::optional<std::string> FindConfig(const std::string& capture) {
   for (fs::path folder = start.lexically_normal();; folder = folder.parent_path()) {
     const fs::path candidate = folder / kFileName;
     // A folder of that name, or a link to nothing, is meant as a configuration: reading it shows what is wrong.
-    if (fs::is_regular_file(candidate, code) || fs::is_directory(candidate, code) ||
-        (fs::is_symlink(candidate, code) && !fs::exists(candidate, code))) {
-      return candidate.string();
-    }
+    const std::string path = candidate.string();
+    const std::optional<system::FileStatus> status = system::StatusOf(path);
+    const bool dangling = !status && system::StatusOfLink(path).has_value();
+    using enum system::FileKind;
+    if (dangling || (status && (status->kind == kRegular || status->kind == kFolder))) return path;
     if (folder == folder.root_path() || folder.empty()) return std::nullopt;
   }
 }

@@ -23,7 +23,7 @@ Console::Console(std::FILE* out, std::FILE* err)
       err_(err),
       color_(!ColorForbidden() && system::ShowsColors(out)),
       output_is_terminal_(system::IsTerminal(out)),
-      error_is_terminal_(system::IsTerminal(err)) {}
+      error_is_terminal_(system::ShowsColors(err)) {}
 
 std::optional<std::size_t> Console::width() const {
   // Narrower than this nothing reads well; wider, the eye loses the line.

@@ -34,7 +34,7 @@ class Console {
   [[nodiscard]] std::optional<std::size_t> width() const;
   /// Standard output is a terminal: a person waits for each line.
   [[nodiscard]] bool output_is_terminal() const { return output_is_terminal_; }
-  /// Standard error is a terminal, so progress may be shown there.
+  /// Standard error is a terminal that understands escape sequences, so progress may be shown there.
   [[nodiscard]] bool error_is_terminal() const { return error_is_terminal_; }
   [[nodiscard]] std::FILE* error_stream() const { return err_; }
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <filesystem>
-#include <set>
-#include <system_error>
 #include <utility>
 
 #include "cli/families.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -28,15 +28,16 @@ std::optional<Error> AddEsi(const std::string& path, DeviceFiles& files) {
 /// A vendor's folder holds files of modules, drafts and other XML as well: a file that is not the ESI file of a device
 /// is reported and left out.
 std::optional<Error> AddFolder(const std::string& folder, DeviceFiles& files, std::vector<std::string>& skipped) {
-  std::error_code error;
-  std::set<std::filesystem::path> paths;  // sorted, so that nothing depends on the file system
-  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    std::string extension = entry->path().extension().string();
+  const auto names = system::NamesIn(folder);
+  if (!names) return Error{Printable(folder) + ": " + system::ReasonText(errno)};
+  std::vector<std::filesystem::path> paths;
+  for (const std::string& name : *names) {
+    const std::filesystem::path path = std::filesystem::path(folder) / name;
+    std::string extension = path.extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (extension == ".xml") paths.insert(entry->path());
+    if (extension == ".xml") paths.push_back(path);
   }
-  if (error) return Error{Printable(folder) + ": " + error.message()};
   const std::size_t before = files.esi.size();
   for (const std::filesystem::path& path : paths) {
     if (const auto problem = AddEsi(path.string(), files)) skipped.push_back(problem->message);
@@ -58,8 +59,7 @@ Result<std::shared_ptr<const DeviceFiles>> LoadDeviceFiles(const std::vector<std
   files->families = std::move(*known);
   if (esi.empty() && !eni && files->families.own().empty()) return std::shared_ptr<const DeviceFiles>();
   for (const std::string& path : esi) {
-    std::error_code error;
-    if (std::filesystem::is_directory(path, error)) {
+    if (system::IsFolder(path)) {
       if (auto problem = AddFolder(path, *files, skipped)) return *problem;
       continue;
     }

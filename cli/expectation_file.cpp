@@ -18,6 +18,7 @@
 #include "cli/report/json_text.h"
 #include "cli/suggest.h"
 #include "cli/version.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 #include "decoder/device/eni_reader.h"
 #include "decoder/esc/al.h"
@@ -445,8 +446,7 @@ Result<std::shared_ptr<const Expectation>> ReadExpectation(const std::string& pa
 
 bool IsEsi(const std::string& path) {
   constexpr std::size_t kBeginning = 64U << 10U;  // a comment may come first
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return false;
+  if (!system::IsFile(path)) return false;
   std::ifstream file(std::filesystem::path(path), std::ios::binary);
   std::string beginning(kBeginning, '\0');
   file.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));

@@ -1,21 +1,25 @@
 #include "cli/families.h"
 
 #include <filesystem>
-#include <system_error>
 
 #include "cli/suggest.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/system/program.h"
 
 namespace ecaudit::cli {
 namespace {
 
-/// Where an installed program finds families for all of its users: beside itself, so that the tree can be moved.
+/// Where an installed program finds families for all of its users: beside its folder (bin/), or beside itself where it
+/// lies at the top of an archive, so that the tree can be moved.
 std::string SystemFolder() {
-  std::error_code error;
   const std::filesystem::path program = system::ProgramPath();
   if (program.empty()) return {};
-  const std::filesystem::path folder = program.parent_path().parent_path() / "share" / "ecaudit" / "profiles";
-  return std::filesystem::is_directory(folder, error) ? folder.string() : std::string();
+  const std::filesystem::path own = program.parent_path();
+  for (const std::filesystem::path& top : {own.parent_path(), own}) {
+    const std::filesystem::path folder = top / "share" / "ecaudit" / "profiles";
+    if (system::IsFolder(folder.string())) return folder.string();
+  }
+  return {};
 }
 
 }  // namespace

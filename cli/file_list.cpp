@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -9,13 +10,16 @@
 #include <system_error>
 #include <utility>
 
+#include "decoder/base/system/files.h"
 #include "decoder/base/system/names.h"
-#include "decoder/base/wrapping.h"
 
 namespace ecaudit::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+using system::FileKind;
+using system::FileStatus;
 
 /// "-" would be standard input, so a file of that name keeps its folder.
 std::string Shortest(const std::string& path) {
@@ -29,13 +33,12 @@ class Expansion {
   Expansion(bool (*wanted)(std::string_view), std::string_view noun) : wanted_(wanted), noun_(noun) {}
 
   [[nodiscard]] std::optional<Error> Add(const std::string& path) {
-    std::error_code code;
-    const fs::file_status status = fs::status(path, code);
-    if (fs::is_directory(status)) {
+    const std::optional<FileStatus> status = system::StatusOf(path);
+    if (status && status->kind == FileKind::kFolder) {
       const std::size_t before = found_;
       AddFolder(fs::path(path).lexically_normal());
       if (found_ == before && list_.unreadable.empty()) return Error{"no " + noun_ + " in " + path};
-    } else if (!fs::exists(status) && path.find_first_of("*?[") != std::string::npos) {
+    } else if (!status && path.find_first_of("*?[") != std::string::npos) {
       return AddMatches(path);
     } else {
       AddFile(path);
@@ -51,33 +54,31 @@ class Expansion {
 
  private:
   void AddFolder(const fs::path& folder) {
-    std::error_code code;
-    fs::directory_iterator entry(folder, code);
-    for (; !code && entry != fs::directory_iterator(); entry.increment(code)) {
-      const std::string name = entry->path().filename().string();
-      std::error_code ignored;
-      if (name.starts_with('.')) continue;
-      const std::string path = entry->path().generic_string();
-      if (entry->is_directory(ignored)) {
-        if (!entry->is_symlink(ignored)) {
-          AddFolder(entry->path());
-        } else {
-          PassOver(path, "a link to a folder");
-        }
-      } else if (wanted_(name)) {
-        if (entry->is_regular_file(ignored)) {
-          AddFile(path);
-        } else if (!entry->exists(ignored)) {
-          PassOver(path, "a link to nothing");
-        } else {
-          PassOver(path, "a pipe or device");
-        }
-      } else if (wanted_ == IsCaptureName && IsForeignCaptureName(name)) {
-        PassOver(path, "packed in a way that is not read: only gzip and zstd are");
-      }
+    const auto names = system::NamesIn(folder.string());
+    if (!names) {
+      const std::string why = system::ReasonText(errno);
+      list_.unreadable.push_back({folder.string(), "cannot read folder " + folder.string() + ": " + why});
+      return;
     }
-    if (code)
-      list_.unreadable.push_back({folder.string(), "cannot read folder " + folder.string() + ": " + code.message()});
+    for (const std::string& name : *names) {
+      if (!name.starts_with('.')) AddEntry(folder / name, name);
+    }
+  }
+
+  void AddEntry(const fs::path& entry, const std::string& name) {
+    const std::string path = entry.generic_string();
+    const std::optional<FileStatus> status = system::StatusOf(path);
+    if (status && status->kind == FileKind::kFolder) {
+      const std::optional<FileStatus> link = system::StatusOfLink(path);
+      if (link && link->kind == FileKind::kLink) return PassOver(path, "a link to a folder");
+      AddFolder(entry);
+    } else if (wanted_(name)) {
+      if (!status) return PassOver(path, "a link to nothing");
+      if (status->kind != FileKind::kRegular) return PassOver(path, "a pipe or device");
+      AddFile(path);
+    } else if (wanted_ == IsCaptureName && IsForeignCaptureName(name)) {
+      PassOver(path, "packed in a way that is not read: only gzip and zstd are");
+    }
   }
 
   [[nodiscard]] std::optional<Error> AddMatches(const std::string& pattern) {
@@ -125,7 +126,7 @@ std::size_t TrailingDigits(std::string_view text) {
 std::string DumpcapKey(std::string_view path) {
   constexpr std::size_t kDate = 14;
   constexpr std::size_t kLeastNumber = 5;
-  const std::size_t name = WrappingSum(path.rfind('/'), std::size_t{1});  // 0 where there is no folder
+  const std::size_t name = path.size() - system::NameOf(path).size();
   for (std::size_t dot = path.rfind('.'); dot != std::string_view::npos && dot > name; dot = path.rfind('.', dot - 1)) {
     std::string_view stem = path.substr(0, dot);
     const std::size_t second = TrailingDigits(stem);

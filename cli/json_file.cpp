@@ -1,8 +1,6 @@
 #include "cli/json_file.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <system_error>
 #include <utility>
 
 #include "decoder/base/regular_file.h"
@@ -56,8 +54,8 @@ Result<JsonDocument> ReadJsonFile(const std::string& path, std::uintmax_t larges
 }
 
 std::optional<Error> CheckReplaced(const std::string& path, std::string_view schema, std::string_view noun) {
-  std::error_code code;
-  if (!std::filesystem::is_regular_file(path, code) || std::filesystem::file_size(path, code) == 0) return std::nullopt;
+  const std::optional<system::FileStatus> status = system::StatusOf(path);
+  if (!status || status->kind != system::FileKind::kRegular || status->bytes == 0) return std::nullopt;
   const Result<JsonDocument> document = ReadJsonFile(path);
   if (document && document->root().member("schema").is_text(schema)) return std::nullopt;
   return Error{Printable(path) + " exists and is not " + std::string(noun) + "; it will not be overwritten"};

@@ -1,13 +1,12 @@
 #include "cli/options.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <system_error>
 
 #include <CLI/CLI.hpp>
 
 #include "cli/commands/command.h"
 #include "cli/suggest.h"
+#include "decoder/base/system/files.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -32,6 +31,8 @@ struct OptionSet::Impl {
   explicit Impl(std::string_view command, std::string_view summary)
       : app(std::string(summary), "ecaudit " + std::string(command)), name(command) {
     app.set_help_flag("-h,--help", "This page");
+    // On Windows "/x" would be an option: there, too, it names a file.
+    app.allow_windows_style_options(false);
     const auto formatter = std::make_shared<PlainFormatter>();
     formatter->column_width(30);
     formatter->label("Positionals", "Arguments");
@@ -146,9 +147,7 @@ OptionSet::Parsed OptionSet::Parse(const std::vector<std::string>& arguments) {
   // "-a.pcapng" would be taken for options, one for each letter.
   for (const std::string& argument : arguments) {
     if (argument == "--") break;
-    std::error_code ignored;
-    if (argument.size() > 2 && argument[0] == '-' && argument[1] != '-' &&
-        std::filesystem::is_regular_file(argument, ignored)) {
+    if (argument.size() > 2 && argument[0] == '-' && argument[1] != '-' && system::IsFile(argument)) {
       return {Outcome::kError, "'" + argument + "' begins like an option; to name the file: ./" + argument};
     }
   }

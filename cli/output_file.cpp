@@ -107,10 +107,9 @@ std::optional<Error> CheckOutputPath(const std::string& path, Links links) {
     }
     return std::nullopt;
   }
-  const fs::path folder = fs::path(ResolveLinks(path)).parent_path();
-  std::error_code ignored;
-  if (!folder.empty() && !fs::is_directory(folder, ignored)) {
-    return Error{"cannot write " + path + ": there is no directory " + folder.string()};
+  const std::string folder = fs::path(ResolveLinks(path)).parent_path().string();
+  if (!folder.empty() && !system::IsFolder(folder)) {
+    return Error{"cannot write " + path + ": there is no directory " + folder};
   }
   return std::nullopt;
 }

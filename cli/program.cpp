@@ -3,10 +3,8 @@
 #include <cstddef>
 #include <cstdlib>
 #include <exception>
-#include <filesystem>
 #include <memory>
 #include <string_view>
-#include <system_error>
 
 #include "cli/commands/command.h"
 #include "cli/console.h"
@@ -15,6 +13,7 @@
 #include "cli/options.h"
 #include "cli/suggest.h"
 #include "cli/version.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/system/program.h"
 
 namespace ecaudit::cli {
@@ -78,9 +77,8 @@ ExitStatus Dispatch(const std::vector<std::string>& arguments, Console& console)
         return command->Run(console);
     }
   }
-  std::error_code ignored;
-  if (std::filesystem::exists(first, ignored)) {
-    const bool folder = std::filesystem::is_directory(first, ignored);
+  if (system::Exists(first)) {
+    const bool folder = system::IsFolder(first);
     return WrongUsage(console, folder ? "no command given; to check the captures of the folder: ecaudit batch " + first
                                       : "no command given; to check the capture: ecaudit check " + first);
   }

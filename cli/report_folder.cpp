@@ -1,10 +1,10 @@
 #include "cli/report_folder.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <string_view>
-#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -14,6 +14,7 @@
 #include "cli/report/fingerprint.h"
 #include "cli/report/layout.h"
 #include "cli/version.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -36,24 +37,19 @@ std::string ReportName(const std::string& capture) {
 }
 
 std::optional<Error> MakeReportFolder(const std::string& folder) {
-  std::error_code code;
-  fs::create_directories(folder, code);
-  if (fs::is_directory(folder)) return std::nullopt;
-  return Error{"cannot make the folder " + folder + (code ? ": " + code.message() : ": there is a file of that name")};
+  if (system::MakeFolders(folder)) return std::nullopt;
+  const std::string why = system::IsFile(folder) ? "there is a file of that name" : system::ReasonText(errno);
+  return Error{"cannot make the folder " + folder + ": " + why};
 }
 
 void RemoveUnfinished(const std::string& folder, std::span<const std::string> report_names) {
   std::vector<std::string_view> names(report_names.begin(), report_names.end());
   std::sort(names.begin(), names.end());
-  std::error_code code;
-  std::vector<fs::path> unfinished;
-  for (fs::directory_iterator entry(folder, code); !code && entry != fs::directory_iterator(); entry.increment(code)) {
-    const std::string name = entry->path().filename().string();
+  for (const std::string& name : system::NamesIn(folder).value_or(std::vector<std::string>())) {
     if (name.size() <= kTemporaryEnding || name[name.size() - kTemporaryEnding] != '.') continue;
     const std::string_view whole = std::string_view(name).substr(0, name.size() - kTemporaryEnding);
-    if (std::binary_search(names.begin(), names.end(), whole)) unfinished.push_back(entry->path());
+    if (std::binary_search(names.begin(), names.end(), whole)) system::Remove((fs::path(folder) / name).string());
   }
-  for (const fs::path& path : unfinished) fs::remove(path, code);
 }
 
 FolderLock::FolderLock(const std::string& folder) : hold_(folder) {

@@ -1,49 +1,148 @@
 #!/usr/bin/env bash
-# Builds the portable archive (cli/packaging/portable.sh), and tests the program in it: in a folder that holds nothing else,
-# and with the command-line tests. Not part of tests/run.sh: Qt Core alone takes some minutes.
+# Tests the archives that cli/packaging/portable.sh has built; builds nothing. The programs run as they are unpacked: the one
+# for Linux also in a folder that holds nothing else, the one for Windows through wine. Not part of tests/run.sh: the suites
+# take some minutes, through wine longer.
 #
-#   tests/portable.sh [OUTPUT_FOLDER]     default: build/portable
+#   tests/portable.sh [FOLDER [linux|windows|all [SUITE...]]]     default: build/portable all, and all suites below
+#
+# Ends with sizes, times, and what was left out on Windows (tests/windows/skipped.txt).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source .ci/packages.sh
 
-output=${1:-build/portable}
-begin=$SECONDS
-cli/packaging/portable.sh "$output"
-say "$((SECONDS - begin)) s for the archive"
+folder=${1:-build/portable}
+systems=${2:-all}
+suites=("${@:3}")
+if [[ ${#suites[@]} -eq 0 ]]; then
+  suites=(Usage Messages Formats Outputs Files Fields Gate NamesAndPaths CountFrom Baseline Config Input Catalogue Explain
+          Families Profiles Terminal Verdict Coverage CaptureNext Require Junit Sarif Gitlab Github Markdown Batch SkipDone
+          BatchSlaves Merge StartupShow StartupExpect StartupFiles EsiRequirements Diff DecodeJson DecodeText DecodeSelection
+          DecodeStreams EventBasics EventSdo EventMailbox EventEeprom SignalTable SignalStreams DeviceFileOptions Slice
+          Annotate HtmlPages Anonymize PluginFolders HostileFiles FullDisk InterruptedReading)
+  windows_suites=(WindowsNames WindowsText WindowsConsole WindowsInterrupt WindowsLocks)
+else
+  windows_suites=()
+fi
+case $systems in
+  linux | windows) ;;
+  all) systems="linux windows" ;;
+  *) say "unknown system '$systems': linux, windows or all" >&2; exit 2 ;;
+esac
+packages=(binutils python3)
+[[ $systems == *windows* ]] && packages+=(unzip wine64)
+ensure_packages "${packages[@]}"
 
-archive=$(ls -t "$output"/ecaudit-*-linux-*.tar.gz | head -n 1)
 root=$(mktemp -d)
-trap 'rm -rf "$root"' EXIT
-tar -C "$root" --strip-components=1 -xzf "$archive"
-say "$(du -h "$archive" | cut -f1) packed, $(du -h "$root/bin/ecaudit" | cut -f1) the program"
+# Without the parts that wine would offer to load: .NET and a browser.
+export WINEPREFIX=$root/wine WINEDEBUG=-all WINEDLLOVERRIDES=mscoree,mshtml=
+wine=${ECAUDIT_WINE:-/usr/lib/wine/wine64}
+wineserver=$(dirname "$wine")/wineserver
+finish() {
+  if [[ -d $WINEPREFIX ]]; then "$wineserver" -k || true; fi
+  rm -rf "$root"
+}
+trap finish EXIT
+failed=0
+results=()
 
-# No loader and no library is there.
-mkdir "$root/alone" "$root/alone/tmp"
-cp "$root/bin/ecaudit" samples/captures/init-to-op-refused.pcapng "$root/alone"
-if [[ $(id -u) -eq 0 ]]; then
-  status=0
-  chroot "$root/alone" /ecaudit check -o html=/tmp/report.html /init-to-op-refused.pcapng >"$root/text" || status=$?
-  if [[ $status -ne 1 || ! -s $root/alone/tmp/report.html ]]; then
-    say "alone in a folder, the program ended with $status instead of 1" >&2
+fail() {
+  say "FAILED: $*" >&2
+  failed=1
+}
+
+# The newest archive of a system.
+archive_of() {
+  local found=("$folder"/ecaudit-*-"$1"-*)
+  if [[ ! -f ${found[-1]} ]]; then
+    say "no archive for $1 in $folder: cli/packaging/portable.sh builds it" >&2
     exit 1
   fi
-  say "works in a folder that holds nothing else"
-else
-  say "not tried in a folder that holds nothing else: that needs root"
-fi
+  printf '%s\n' "${found[@]}" | xargs -d '\n' ls -t | head -n 1
+}
 
-failed=0
-for suite in Usage Messages Formats Outputs Files Gate NamesAndPaths Baseline Config Input Catalogue Explain Families Verdict \
-             Windows Require Junit Sarif Markdown Batch Merge StartupShow StartupExpect Diff DecodeJson DecodeText EventBasics \
-             EventSdo SignalTable Slice Annotate HtmlPages Anonymize InterruptedReading FullDisk HostileFiles; do
-  status=0
-  ECAUDIT=$root/bin/ecaudit ECAUDIT_SOURCE_DIR=$PWD python3 tests/cli/run_suite.py "$suite" >"$root/log" 2>&1 || status=$?
-  if [[ $status -ne 0 && $status -ne 77 ]]; then
-    tail -n 40 "$root/log"
-    say "FAILED: $suite" >&2
-    failed=1
+# run_suites NAME SUITE...: with what the caller has put into the environment.
+run_suites() {
+  local name=$1 passed=0 begin=$SECONDS suite status
+  shift
+  for suite in "$@"; do
+    status=0
+    ECAUDIT_SOURCE_DIR=$PWD python3 tests/cli/run_suite.py "$suite" >"$root/log" 2>&1 || status=$?
+    if [[ $status -eq 0 || $status -eq 77 ]]; then
+      passed=$((passed + 1))
+      sed -n "s/^\(test_[^ ]*\) .* skipped /left out: $suite.\1: /p" "$root/log" >>"$root/$name.skipped"
+    else
+      tail -n 40 "$root/log"
+      fail "$name: $suite"
+    fi
+  done
+  results+=("$name: $passed of $# suites pass, $(wc -l <"$root/$name.skipped") tests left out, $((SECONDS - begin)) s")
+}
+
+# sizes NAME ARCHIVE PROGRAM; then, as the caller runs it: the time of one capture.
+sizes() { results+=("$1: $(du -h "$2" | cut -f1) packed, $(du -h "$3" | cut -f1) the program"); }
+timed() {
+  local name=$1 begin
+  shift
+  "$@" >/dev/null 2>&1 || true  # the first start of wine makes its folders
+  begin=$(date +%s%N)
+  "$@" >/dev/null 2>&1 || true
+  results+=("$name: $((($(date +%s%N) - begin) / 1000000)) ms for one start-up")
+}
+
+test_linux() {
+  local archive program=$root/linux/bin/ecaudit status=0
+  archive=$(archive_of linux)
+  mkdir "$root/linux"
+  tar -C "$root/linux" --strip-components=1 -xzf "$archive"
+  sizes linux "$archive" "$program"
+  # No library, no loader, and so no version of a symbol that an older system would not have.
+  readelf -lW "$program" | grep -q INTERP && fail "linux: the program needs a loader"
+  readelf -dW "$program" 2>/dev/null | grep NEEDED && fail "linux: the program needs these libraries"
+  readelf -VW "$program" | grep -o 'GLIBC[A-Z]*_[0-9.]*' && fail "linux: the program needs these versions"
+  # The oldest kernel that its C library runs on.
+  results+=("linux: $(readelf -nW "$program" | sed -n 's/.*OS: Linux, ABI: /for kernels from /p')")
+
+  mkdir -p "$root/alone/tmp"
+  cp "$program" samples/captures/init-to-op-refused.pcapng "$root/alone"
+  if [[ $(id -u) -eq 0 ]]; then
+    chroot "$root/alone" /ecaudit check -o html=/tmp/report.html /init-to-op-refused.pcapng >"$root/text" || status=$?
+    if [[ $status -ne 1 || ! -s $root/alone/tmp/report.html ]]; then
+      fail "linux: alone in a folder, the program ended with $status instead of 1"
+    fi
+  else
+    results+=("linux: not tried in a folder that holds nothing else, which needs root")
   fi
+  timed linux "$program" check samples/captures/clean-startup.pcapng
+  ECAUDIT=$program run_suites linux "${suites[@]}"
+}
+
+test_windows() {
+  local archive top part
+  archive=$(archive_of windows)
+  mkdir "$root/windows"
+  unzip -q "$archive" -d "$root/windows"
+  top=$(find "$root/windows" -mindepth 1 -maxdepth 1)
+  sizes windows "$archive" "$top/ecaudit.exe"
+  for part in README.txt share/doc/ecaudit/guide.md share/doc/ecaudit/examples/captures share/doc/ecaudit/libraries/qt-LGPL-3.0.txt \
+              share/ecaudit/profiles; do
+    [[ -e $top/$part ]] || fail "windows: $part is not in the archive"
+  done
+  # These are in every Windows 10.
+  objdump -p "$top/ecaudit.exe" | sed -n 's/.*DLL Name: //p' |
+    grep -viE '^(kernel32|user32|advapi32|shell32|ole32|ws2_32|msvcrt|version|authz|netapi32|userenv|winmm|mpr|api-ms-win-core-synch-l1-2-0)\.dll$' &&
+    fail "windows: the program needs these libraries"
+  mkdir "$WINEPREFIX"
+  "$wineserver" -p
+  timed windows "$wine" "$top/ecaudit.exe" check samples/captures/clean-startup.pcapng
+  ECAUDIT=$PWD/tests/windows/ecaudit ECAUDIT_EXE=$top/ecaudit.exe ECAUDIT_SYSTEM=windows \
+    run_suites windows "${suites[@]}" "${windows_suites[@]}"
+}
+
+for system in $systems; do
+  : >"$root/$system.skipped"
+  say "testing the archive for $system"
+  "test_$system"
 done
-[[ $failed -eq 0 ]] && say "all suites pass, $((SECONDS - begin)) s in all"
+if [[ $systems == *windows* ]]; then sort "$root/windows.skipped" | sed 's/^/   windows, /'; fi
+printf '== %s\n' "${results[@]}"
 exit $failed

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "analyzers/collect/mailbox_settings.h"
 #include "analyzers/collect/startup_outcomes.h"
 #include "analyzers/compare/startup_registers.h"
 #include "analyzers/words/al_text.h"
@@ -79,7 +80,8 @@ StartupRecorder::StartupRecorder(const model::BusModel& model, const Pipeline& p
     : model_(model), room_(pipeline, kAtOnce, kBytesAStep) {
   bus.ListenTo<track::AlRequest, track::AlStatusRead, track::AlPoll, track::Answered, mailbox::SdoTransfer,
                mailbox::MailboxUnanswered, model::AlAnswered, model::AlErrorCode, model::AlOverdue, model::AlGivenUp,
-               model::DriveCommanded, model::DriveStateChanged>(Stage::kBeforeModel, *this);
+               model::DriveCommanded, model::DriveStateChanged, mailbox::SoeMessage, mailbox::EoeControl,
+               mailbox::AoeMessage, mailbox::MailboxErrorReply>(Stage::kBeforeModel, *this);
   // The EEPROM's words and the registers as the access left them.
   bus.ListenTo<track::EepromRead, track::EepromWrite, track::SlaveAccess>(Stage::kAfterModel, *this);
 }
@@ -155,7 +157,7 @@ void StartupRecorder::BeginAnew(Story& story) {
     story.best = std::make_unique<Record>(std::move(story.record));
   } else {
     if (story.record.highest > story.best->highest) std::swap(*story.best, story.record);
-    all_steps_ -= story.record.steps.size();
+    all_steps_ -= story.record.steps.size() + story.record.settings.size();
     all_bytes_ -= story.record.bytes;
   }
   story.record = std::move(next);
@@ -548,6 +550,27 @@ void StartupRecorder::On(const mailbox::SdoTransfer& transfer) {
   if (story.unanswered.request.frame.number >= frame.number) MarkUnanswered(story.record.steps, story.unanswered);
 }
 
+template <typename Message>
+void StartupRecorder::AddSetting(const Message& message) {
+  Story& story = Get(message.slave);
+  if (story.in_operation && message.frame.number >= story.operation_since) return;
+  Record& record = story.record;
+  MarkAnswered(record.settings, message);
+  std::optional<MailboxSetting> setting = SettingOf(message);
+  if (!setting) return;
+  if (record.settings.size() >= kMaxSettings || all_steps_ >= kMaxAllSteps || !room_.HasRoomFor(all_steps_)) {
+    ++record.left_out;
+    return;
+  }
+  ++all_steps_;
+  if (!TakeBytes(record, setting->data.size())) setting->data.clear();
+  record.settings.push_back(std::move(*setting));
+}
+
+void StartupRecorder::On(const mailbox::MailboxErrorReply& reply) {
+  MarkAnswered(Get(reply.slave).record.settings, reply);
+}
+
 void StartupRecorder::On(const model::DriveCommanded& event) {
   if (event.axis > 0) return;  // steps are those of the first axis
   Story& story = Get(event.slave);
@@ -620,6 +643,7 @@ void StartupRecorder::Describe(StartupStep& step, SlaveId slave) const {
 StartupSummary StartupRecorder::Finish(Record& record, SlaveId slave) const {
   StartupSummary summary;
   summary.steps = std::move(record.steps);
+  summary.mailbox_settings = std::move(record.settings);
   std::stable_sort(summary.steps.begin(), summary.steps.end(),
                    [](const StartupStep& a, const StartupStep& b) { return a.frame.number < b.frame.number; });
   for (StartupStep& step : summary.steps) Describe(step, slave);

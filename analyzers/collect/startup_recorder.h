@@ -31,6 +31,7 @@ class StartupRecorder final : public Collector {
  public:
   static constexpr std::size_t kMaxSteps = 1000;       ///< a slave
   static constexpr std::size_t kMaxBytes = 1U << 16U;  ///< of values, a slave
+  static constexpr std::size_t kMaxSettings = 256;     ///< by SoE, EoE and AoE, a slave
   // Of all slaves; real buses stay far below.
   static constexpr std::size_t kMaxAllSteps = 25'000;
   static constexpr std::uint64_t kAtOnce = 4'000;   ///< of all slaves, however short the capture is, and ...
@@ -54,6 +55,10 @@ class StartupRecorder final : public Collector {
   void On(const model::AlOverdue& event);
   void On(const model::AlGivenUp& event);
   void On(const mailbox::MailboxUnanswered& event);
+  void On(const mailbox::SoeMessage& message) { AddSetting(message); }
+  void On(const mailbox::EoeControl& message) { AddSetting(message); }
+  void On(const mailbox::AoeMessage& message) { AddSetting(message); }
+  void On(const mailbox::MailboxErrorReply& reply);
   void On(const model::DriveCommanded& event);
   void On(const model::DriveStateChanged& event);
   void On(const track::SlaveAccess& access);
@@ -74,6 +79,7 @@ class StartupRecorder final : public Collector {
   /// One attempt.
   struct Record {
     std::vector<StartupStep> steps;
+    std::vector<MailboxSetting> settings;
     std::uint64_t left_out = 0;
     std::size_t bytes = 0;
     std::uint64_t dropped_bytes = 0;
@@ -111,6 +117,8 @@ class StartupRecorder final : public Collector {
   /// What was sent to all slaves at once.
   [[nodiscard]] StartupSummary SummariseBus();
   Story& Get(SlaveId slave);
+  template <typename Message>
+  void AddSetting(const Message& message);
   static void Extend(Record& record, StartupPhase phase, const FrameRef& first, const FrameRef& last);
   void Add(Record& record, StartupStep step, ByteSpan data);
   void Write(Record& record, const track::SlaveAccess& access, std::uint8_t state);

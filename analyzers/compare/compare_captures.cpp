@@ -38,15 +38,16 @@ constexpr EscAddress kFirstFmmu = 0x0600;
 constexpr int kRankBus = -2;
 constexpr int kRankRefused = -1;  ///< only one of them was refused a state
 constexpr int kRankOutcome = 0;
-constexpr int kRankRelevant = 1;  ///< the AL status code of the refusal is about it
-constexpr int kRankSuspect = 2;   ///< a finding cites the step that differs
-constexpr int kRankMapping = 3;   ///< sync managers, FMMUs, PDOs
-constexpr int kRankStep = 4;
-constexpr int kRankFrames = 5;  ///< distributed clocks, and what the cyclic frames hold
-constexpr int kRankFinding = 6;
-constexpr int kRankEarly = 7;  ///< scan and addressing: masters do it in many ways
-constexpr int kRankConsequence = 8;
-constexpr int kRankTiming = 9;
+constexpr int kRankReason = 1;    ///< a finding of one of them only that explains the rest
+constexpr int kRankRelevant = 2;  ///< the AL status code of the refusal is about it
+constexpr int kRankSuspect = 3;   ///< a finding cites the step that differs
+constexpr int kRankMapping = 4;   ///< sync managers, FMMUs, PDOs
+constexpr int kRankStep = 5;
+constexpr int kRankFrames = 6;  ///< distributed clocks, and what the cyclic frames hold
+constexpr int kRankFinding = 7;
+constexpr int kRankEarly = 8;  ///< scan and addressing: masters do it in many ways
+constexpr int kRankConsequence = 9;
+constexpr int kRankTiming = 10;
 
 std::string ValueOf(const std::string& name, const std::string& text) {
   if (text.empty()) return "done";
@@ -200,6 +201,29 @@ std::string TimesDone(std::size_t times) {
   return times == 1 ? "once" : Grouped(times) + " times";
 }
 
+bool IsBlank(const Identity& identity) {
+  constexpr std::uint32_t kErased = 0xFFFF'FFFF;
+  const auto all = [&](std::uint32_t value) { return identity.vendor_id == value && identity.product_code == value; };
+  return all(kErased) || all(0);
+}
+std::string IdentityText(const Identity& identity) {
+  return "vendor " + Hex(identity.vendor_id.value_or(0), 8) + ", product " + Hex(identity.product_code.value_or(0), 8) +
+         (IsBlank(identity) ? " (blank)" : "");
+}
+
+/// The finding that others of the capture follow from, in the end.
+const Finding& RootOf(const AnalysisResult& result, const Finding& finding) {
+  const Finding* root = &finding;
+  for (std::size_t steps = 0; steps < result.findings.size() && root->caused_by < result.findings.size(); ++steps) {
+    root = &result.findings[root->caused_by];
+  }
+  return *root;
+}
+
+bool IsOfFailedRequest(const Finding& finding) {
+  return finding.rule == "al-refused" || finding.rule == "al-timeout";
+}
+
 class Builder {
  public:
   Builder(const AnalysisResult& a, const AnalysisResult& b, const Knowledge& knowledge)
@@ -223,6 +247,7 @@ class Builder {
     // What reads alike is none: registers cleared by writes of other lengths, for example.
     std::erase_if(out_.differences, [](const Difference& d) { return d.in_a == d.in_b; });
     for (std::size_t p = 0; p < out_.pairs.size(); ++p) CutStartups(p);
+    LeadWithFindings();
     Fold();
     AddUnknownIdentities();
     AddFurther(a_, "A");
@@ -274,6 +299,7 @@ class Builder {
       }
       out_.pairs.push_back(pair);
     }
+    MatchBlank(used);
     for (std::size_t i = 0; i < used.size(); ++i) {
       if (!used[i]) out_.pairs.push_back({nullptr, &b_.slaves[i]});
     }
@@ -289,6 +315,22 @@ class Builder {
       }
       Add(Area::kBus, kRankBus, p, "presence", pair.a != nullptr ? "on the bus" : "not on the bus",
           pair.b != nullptr ? "on the bus" : "not on the bus");
+    }
+  }
+
+  /// A slave whose EEPROM is blank has no identity: it is the one at its position.
+  void MatchBlank(std::vector<bool>& used) {
+    for (std::size_t p = 0; p < out_.pairs.size(); ++p) {
+      if (out_.pairs[p].b != nullptr) continue;
+      const SlaveSummary& a = *out_.pairs[p].a;
+      for (std::size_t i = 0; i < used.size(); ++i) {
+        const SlaveSummary& b = b_.slaves[i];
+        if (used[i] || a.position != b.position || IsBlank(a.identity) == IsBlank(b.identity)) continue;
+        out_.pairs[p].b = &b;
+        used[i] = true;
+        Add(Area::kBus, kRankBus, p, "identity in the EEPROM", IdentityText(a.identity), IdentityText(b.identity));
+        break;
+      }
     }
   }
 
@@ -520,6 +562,7 @@ class Builder {
     Difference& d = Add(Area::kStep, rank, compared.pair, startup::StepNoun(in_b.key, in_b.name),
                         part_a.empty() ? WithNote(in_a) : part_a, part_b.empty() ? WithNote(in_b) : part_b);
     MarkRelevant(in_b, in_a.frame.number, in_b.frame.number, d);
+    d.other_value = true;
     d.frame_a = in_a.frame.number;
     d.frame_b = in_b.frame.number;
     if (startup::LogicalStartOnly(in_b.key, in_a.data, in_b.data)) {
@@ -604,6 +647,7 @@ class Builder {
       }
       Difference& d = AddStep(p, side, {step, step, again.other}, startup::StepNoun(step.key, step.name),
                               std::move(here), part_there.empty() ? WithNote(*again.other) : part_there);
+      d.other_value = true;
       if (startup::LogicalStartOnly(step.key, step.data, again.other->data)) {
         d.counts = false;
         d.relevant = false;
@@ -708,6 +752,7 @@ class Builder {
       if (a.start == b->start && a.length == b->length && a.control == b->control && a.enabled == b->enabled) continue;
       Difference& d =
           Add(Area::kConfiguration, kRankMapping, p, "SM" + std::to_string(a.number), SmText(a), SmText(*b));
+      d.other_value = true;
       d.frame_a = a.since;
       d.frame_b = b->since;
     }
@@ -716,7 +761,8 @@ class Builder {
     };
     if (cycle(*pair.a) && cycle(*pair.b) && *cycle(*pair.a) != *cycle(*pair.b)) {
       Add(Area::kConfiguration, kRankFrames, p, "SYNC0 cycle time", Duration(*cycle(*pair.a)),
-          Duration(*cycle(*pair.b)));
+          Duration(*cycle(*pair.b)))
+          .other_value = true;
     }
   }
 
@@ -742,6 +788,7 @@ class Builder {
       if (SameMapping(a, b)) continue;
       Difference& d = Add(Area::kMapping, kRankMapping, p, outputs ? "outputs (RxPDO)" : "inputs (TxPDO)",
                           MappingText(a), MappingText(b));
+      d.other_value = true;
       const StartupKey assignment{.kind = StartupKey::Kind::kDownload,
                                   .address = outputs ? process::kRxAssignment : process::kTxAssignment};
       if (IsAbout(assignment, 0) && IsBeforeFailure(a.since, b.since)) {
@@ -822,20 +869,44 @@ class Builder {
     const auto in_b = collect(b_, false);
     const auto add = [&](const std::map<Key, const Finding*>& here, const std::map<Key, const Finding*>& there,
                          bool of_a) {
+      const AnalysisResult& result = of_a ? a_ : b_;
       for (const auto& [key, finding] : here) {
         if (there.contains(key)) continue;
         const std::size_t pair = std::get<1>(key);
         const std::string text = std::string(Name(finding->severity)) + ": " + knowledge_.title(*finding);
-        // A cause is more useful than its consequences.
-        const int rank = finding->caused_by == kNoFinding && finding->rule != "al-refused" ? kRankFinding : kRankEarly;
+        // A cause is more useful than its consequences, and a request that failed is none.
+        const bool root = finding->caused_by == kNoFinding && !IsOfFailedRequest(*finding);
         Difference& d =
-            Add(Area::kFinding, rank, pair == kBusPair ? std::nullopt : std::optional(pair), std::string(finding->rule),
-                of_a ? text : "no such finding", of_a ? "no such finding" : text);
+            Add(Area::kFinding, root ? kRankFinding : kRankEarly, pair == kBusPair ? std::nullopt : std::optional(pair),
+                std::string(finding->rule), of_a ? text : "no such finding", of_a ? "no such finding" : text);
         (of_a ? d.frame_a : d.frame_b) = finding->first.number;
+        if (!root) continue;
+        d.place = 1;
+        for (const Finding& other : result.findings) {
+          if (&other == finding || &RootOf(result, other) != finding) continue;
+          d.place = 0;
+          const bool observed = finding->confidence != Confidence::kInferred;
+          d.relevant = d.relevant || (observed && !out_.failed.empty() && IsOfFailedRequest(other));
+        }
+        if (d.relevant) d.rank = kRankReason;
       }
     };
     add(in_a, in_b, true);
     add(in_b, in_a, false);
+  }
+
+  /// Steps that one of them has not follow from what a finding names. Another value of a setting that both have is a
+  /// reason itself, and so is one that the refusal is about.
+  void LeadWithFindings() {
+    const auto is_setting = [](const Difference& d) {
+      return d.counts && d.area != Area::kFinding && (d.relevant || (d.other_value && d.rank <= kRankFrames));
+    };
+    if (std::any_of(out_.differences.begin(), out_.differences.end(), is_setting)) return;
+    for (Difference& d : out_.differences) {
+      if (d.area != Area::kFinding || d.rank != kRankFinding) continue;
+      d.rank = kRankReason;
+      out_.findings_lead = true;
+    }
   }
 
   /// The same difference of several slaves is one.

@@ -15,6 +15,9 @@
 #include "decoder/device/device_description.h"
 #include "decoder/esc/al.h"
 #include "decoder/esc/register_addresses.h"
+#include "decoder/mailbox/aoe.h"
+#include "decoder/mailbox/eoe.h"
+#include "decoder/mailbox/soe.h"
 
 namespace ecaudit::startup {
 namespace {
@@ -25,6 +28,7 @@ using Status = EsiDemand::Status;
 constexpr EscAddress kManagerBase = 0x0800;
 constexpr EscAddress kFmmuBase = 0x0600;
 constexpr EscAddress kManagerBytes = 8, kFmmuBytes = 16;
+constexpr EscAddress kMemory = 0x1000;  // process data and mailboxes lie from here on
 constexpr unsigned kMostManagers = 16, kMostFmmus = 16;
 constexpr std::uint16_t kModuleIdents = 0xF030;
 constexpr std::size_t kMostDemands = 200;  // of a slave
@@ -48,6 +52,9 @@ class Demands {
       : slave_(slave), device_(*slave.profile), evidence_(evidence) {
     Collect(evidence.bus, true);
     Collect(evidence.own, false);
+    for (const MailboxSetting& setting : evidence.own.mailbox_settings) {
+      if (setting.frame.number <= evidence.until) settings_.push_back(&setting);
+    }
     // The state of before is known only of a start-up from INIT on, of which all is kept.
     whole_ = requested_.contains(kAtPreop) && evidence.own.steps_left_out == 0 && !evidence.lossy;
   }
@@ -56,14 +63,17 @@ class Demands {
     SyncManagers(true);
     Timeout(kAtPreop, device_.esi->timeouts.preop);
     InitCommands("IP", kAtSafeop);
+    MailboxCommands("IP", kAtSafeop);
     Modules();
     InitCommands("PS", kAtSafeop);
+    MailboxCommands("PS", kAtSafeop);
     SyncManagers(false);
     Fmmus();
     Watchdogs();
     Activation();
     Timeout(kAtSafeop, device_.esi->timeouts.safeop_op);
     InitCommands("SO", kAtOp);
+    MailboxCommands("SO", kAtOp);
     Timeout(kAtOp, device_.esi->timeouts.safeop_op);
     return std::move(all_);
   }
@@ -150,6 +160,7 @@ class Demands {
           Add(Kind::kInitCommand, before,
               StepNoun(key, StepName(key, command.data.size(), &slave_)) + " (" + std::string(transition) + ")");
       demand.wanted = StepValue(key, command.data, &slave_);
+      demand.by_sdo = true;
       const StartupStep* same = LastDownload([&](const StartupStep& step) { return step.key == key; });
       if (same != nullptr) {
         Compare(*same, command, key, demand);
@@ -183,10 +194,74 @@ class Demands {
       demand.status = step.outcome == StartupOutcome::kUnknown ? Status::kUnknown : Status::kDiffers;
       return;
     }
-    const bool kept = step.data.size() == step.size;
+    const bool kept = !step.data.empty() && step.data.size() == step.size;  // else only the answer is known
     const bool same = !kept || command.data.empty() || step.data == command.data;
     demand.status = same ? Status::kMet : Status::kDiffers;
     if (!same) demand.seen = StepValue(key, step.data, &slave_);
+  }
+
+  // ----- SoE, EoE, AoE
+
+  void MailboxCommands(std::string_view transition, std::uint8_t before) {
+    for (const device::EsiMailboxCommand& command : device_.esi->mailbox_commands) {
+      const auto& transitions = command.transitions;
+      if (std::find(transitions.begin(), transitions.end(), transition) == transitions.end()) continue;
+      if (all_.size() >= kMostDemands) return;
+      EsiDemand& demand = Add(Kind::kInitCommand, before, MailboxNoun(command) + " (" + std::string(transition) + ")");
+      // The addresses of an installation are its own.
+      const bool compared = command.protocol == mailbox::Protocol::kSoE && !command.data.empty();
+      if (compared) demand.wanted = ValueText(command.data);
+      const MailboxSetting* last = nullptr;
+      bool other = false;  // of the protocol
+      for (const MailboxSetting* setting : settings_) {
+        if (setting->protocol != command.protocol) continue;
+        other = true;
+        if (Fits(*setting, command)) last = setting;
+      }
+      if (last == nullptr) {
+        // AoE: who is addressed, and so which message it is, is not for sure.
+        const bool unsure = other && command.protocol == mailbox::Protocol::kAoE;
+        demand.status = unsure ? Status::kUnknown : NotSeen(before);
+        continue;
+      }
+      demand.frame = last->frame.number;
+      demand.status = last->outcome == StartupOutcome::kRefused   ? Status::kDiffers
+                      : last->outcome == StartupOutcome::kUnknown ? Status::kUnknown
+                                                                  : Status::kMet;
+      if (last->outcome == StartupOutcome::kRefused) demand.seen = "an error of the slave, " + Hex(last->code);
+      if (demand.status == Status::kMet && compared && !last->data.empty() && last->data != command.data) {
+        demand.status = Status::kDiffers;
+        demand.seen = ValueText(last->data);
+      }
+    }
+  }
+  [[nodiscard]] static bool Fits(const MailboxSetting& setting, const device::EsiMailboxCommand& command) {
+    if (setting.number != command.number) return false;
+    if (command.protocol == mailbox::Protocol::kAoE) return setting.data == command.data;
+    return command.protocol != mailbox::Protocol::kSoE || !command.drive || setting.drive == *command.drive;
+  }
+  [[nodiscard]] static std::string MailboxNoun(const device::EsiMailboxCommand& command) {
+    switch (command.protocol) {
+      case mailbox::Protocol::kSoE:
+        return "SoE write of " + mailbox::IdnName(command.number) +
+               (command.drive ? ", drive " + std::to_string(*command.drive) : std::string());
+      case mailbox::Protocol::kEoE:
+        return "EoE " + mailbox::Name(static_cast<mailbox::EoeType>(std::min<std::uint16_t>(command.number, 15)));
+      default:
+        return "AoE " + (command.number == 0 ? std::string("message")
+                                             : mailbox::Name(static_cast<mailbox::AdsCommand>(command.number)));
+    }
+  }
+  /// 1, 2 or 4 bytes as a number, the lowest byte first.
+  [[nodiscard]] static std::string ValueText(const std::vector<std::uint8_t>& data) {
+    constexpr std::size_t kMostShown = 16;
+    if (data.size() > 4 || data.size() == 3) {
+      const std::size_t shown = std::min(data.size(), kMostShown);
+      return HexBytes(ByteSpan(data).first(shown)) + (shown < data.size() ? "..." : "");
+    }
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < data.size(); ++i) value |= std::uint32_t{data[i]} << (8 * i);
+    return std::to_string(value) + " (" + Hex(value, static_cast<int>(2 * data.size())) + ")";
   }
 
   void Modules() {
@@ -201,7 +276,33 @@ class Demands {
     demand.status = list->outcome == StartupOutcome::kDone      ? Status::kMet
                     : list->outcome == StartupOutcome::kUnknown ? Status::kUnknown
                                                                 : Status::kDiffers;
-    if (list->outcome != StartupOutcome::kDone) demand.seen = list->note;
+    if (list->outcome != StartupOutcome::kDone) {
+      demand.seen = list->note;
+      return;
+    }
+    for (const StartupStep* step : downloads_) {
+      if (step->key.address != kModuleIdents || step->outcome != StartupOutcome::kDone) continue;
+      if (const std::string foreign = ForeignModule(*step); !foreign.empty()) {
+        demand.status = Status::kDiffers;
+        demand.seen = foreign;
+        demand.frame = step->frame.number;
+        return;
+      }
+    }
+  }
+  /// A module that the ESI does not have; nothing where it lists none at all, or the value is not whole.
+  [[nodiscard]] std::string ForeignModule(const StartupStep& step) const {
+    const auto& modules = device_.esi->slot_rules->modules;
+    if (modules == nullptr || modules->empty() || step.data.size() != step.size) return {};
+    if (step.key.subindex == 0 && !step.key.complete_access) return {};  // the number of them
+    // Complete access from subindex 0: the count and a padding byte come first.
+    for (std::size_t at = step.key.subindex == 0 ? 2 : 0; at + 4 <= step.data.size(); at += 4) {
+      std::uint32_t ident = 0;
+      for (std::size_t i = 0; i < 4; ++i) ident |= std::uint32_t{step.data[at + i]} << (8 * i);
+      if (ident != 0 && device_.esi->slot_rules->Find(ident) == nullptr)
+        return "module " + Hex(ident) + ", which the ESI does not list";
+    }
+    return {};
   }
 
   // ----- registers
@@ -245,28 +346,80 @@ class Demands {
     return std::all_of(lengths.begin(), lengths.end(), [](std::uint32_t length) { return length == 0; });
   }
 
+  struct Area {
+    std::uint32_t first = 0, end = 0;
+    [[nodiscard]] bool Meets(const Area& other) const { return first < other.end && other.first < end; }
+  };
+  /// Process data that the sync managers of this direction hold, as the master set them up.
+  [[nodiscard]] std::vector<Area> AreasOf(device::SyncManagerUse use, std::uint8_t usual) const {
+    std::vector<Area> areas;
+    const auto add = [&](std::uint8_t number) {
+      const auto base = static_cast<EscAddress>(kManagerBase + number * kManagerBytes);
+      const auto start = Word(base);
+      const auto length = Word(static_cast<EscAddress>(base + 2));
+      if (start && length && *length > 0) areas.push_back({*start, std::uint32_t{*start} + *length});
+    };
+    const auto& rules = device_.mailbox.sync_managers;
+    bool described = false;
+    for (const device::SyncManagerRule& rule : rules) {
+      if (rule.use != use || rule.number >= kMostManagers) continue;
+      described = true;
+      add(rule.number);
+    }
+    if (!described) add(usual);
+    return areas;
+  }
+
   /// Which FMMU a master takes for a direction is its own matter.
   void Fmmus() {
     constexpr std::uint8_t kReads = 0x01, kWrites = 0x02;
-    const auto demand_of = [&](device::FmmuUse use, std::string_view noun, std::uint8_t bit, unsigned manager) {
-      const auto& uses = device_.esi->fmmus;
-      if (std::find(uses.begin(), uses.end(), use) == uses.end()) return;
-      const auto length = Word(static_cast<EscAddress>(kManagerBase + manager * kManagerBytes + 2));
-      if (!length || *length == 0) return;  // nothing to map
-      EsiDemand& demand = Add(Kind::kFmmu, kAtOp, "an FMMU for the " + std::string(noun));
-      for (unsigned n = 0; n < kMostFmmus; ++n) {
-        const auto base = static_cast<EscAddress>(kFmmuBase + n * kFmmuBytes);
-        const Written* type = Byte(static_cast<EscAddress>(base + 11));
-        const Written* active = Byte(static_cast<EscAddress>(base + 12));
-        if (type == nullptr || active == nullptr || (type->value & bit) == 0 || (active->value & 1U) == 0) continue;
+    FmmuOf(device::FmmuUse::kOutputs, "outputs", kWrites, AreasOf(device::SyncManagerUse::kProcessOut, 2));
+    FmmuOf(device::FmmuUse::kInputs, "inputs", kReads, AreasOf(device::SyncManagerUse::kProcessIn, 3));
+  }
+  void FmmuOf(device::FmmuUse use, std::string_view noun, std::uint8_t bit, const std::vector<Area>& areas) {
+    const auto& uses = device_.esi->fmmus;
+    if (std::find(uses.begin(), uses.end(), use) == uses.end() || areas.empty()) return;
+    EsiDemand& demand = Add(Kind::kFmmu, kAtOp, "an FMMU for the " + std::string(noun));
+    for (unsigned n = 0; n < kMostFmmus; ++n) {
+      const auto base = static_cast<EscAddress>(kFmmuBase + n * kFmmuBytes);
+      const auto length = Word(static_cast<EscAddress>(base + 4));
+      const auto start = Word(static_cast<EscAddress>(base + 8));
+      const Written* type = Byte(static_cast<EscAddress>(base + 11));
+      const Written* active = Byte(static_cast<EscAddress>(base + 12));
+      if (!length || !start || type == nullptr || active == nullptr) continue;
+      const Area mapped{*start, std::uint32_t{*start} + *length};
+      const bool there = std::any_of(areas.begin(), areas.end(), [&](const Area& area) { return area.Meets(mapped); });
+      const bool direction = (type->value & bit) != 0;
+      const bool on = (active->value & 1U) != 0;
+      if (there && direction && on) {
         demand.status = Status::kMet;
+        demand.seen.clear();
         demand.frame = type->frame;
         return;
       }
-      demand.status = NotSeen(kAtOp);
-    };
-    demand_of(device::FmmuUse::kOutputs, "outputs", kWrites, 2);
-    demand_of(device::FmmuUse::kInputs, "inputs", kReads, 3);
+      // Registers, such as the state of the mailbox, are mapped for their own sake.
+      const bool meant = there ? direction || on : direction && on && *start >= kMemory;
+      if (!meant || !demand.seen.empty()) continue;
+      demand.seen = "FMMU" + std::to_string(n) + " on " + Hex(*start) + ", " + Count(*length, "byte") +
+                    (!on      ? ", switched off"
+                     : !there ? ", " + DirectionText(type->value) + ", outside the sync manager"
+                              : ", " + DirectionText(type->value));
+      demand.frame = active->frame;
+    }
+    demand.status = !demand.seen.empty() && IsDue(kAtOp) ? Status::kDiffers : NotSeen(kAtOp);
+    if (demand.status != Status::kDiffers) demand.seen.clear();
+  }
+  [[nodiscard]] static std::string DirectionText(std::uint8_t type) {
+    switch (type & 3U) {
+      case 1:
+        return "read only";
+      case 2:
+        return "write only";
+      case 3:
+        return "read and write";
+      default:
+        return "without direction";
+    }
   }
 
   void Watchdogs() {
@@ -346,6 +499,7 @@ class Demands {
   std::map<EscAddress, Written> registers_;
   std::set<std::uint8_t> requested_;
   std::vector<const StartupStep*> requests_, downloads_;
+  std::vector<const MailboxSetting*> settings_;
   std::vector<EsiDemand> all_;
 };
 

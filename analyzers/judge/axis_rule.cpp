@@ -2,6 +2,7 @@
 
 #include "analyzers/judge/axis_lead.h"
 #include "analyzers/judge/drive_knowledge.h"
+#include "analyzers/judge/padded_struct.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/model/terminal_objects.h"
@@ -90,6 +91,14 @@ void AxisRule::SetFault(Finding& finding, SlaveId slave, std::uint8_t number, co
 Value AxisRule::ObjectOf(std::int64_t index) const {
   const auto object = model::ObjectOfAxis(static_cast<std::uint16_t>(index), axis_);
   return arg::Object(object, progress::SubindexOf(static_cast<std::uint16_t>(index)));
+}
+
+std::uint32_t AxisRule::PaddingBefore(std::uint16_t index) const {
+  const model::ProcessLayout& outputs = context().slave(slave_).process.rx();
+  const model::Signal* const signal = outputs.Find(model::ObjectOfAxis(index, axis_), 0);
+  if (signal == nullptr) return 0;
+  const auto padded = PaddedStruct::Of(outputs, signal->sync_manager);
+  return padded ? padded->PaddingBefore(signal->bit_offset) : 0;
 }
 
 std::string AxisRule::UnitOf(std::uint16_t index) const {

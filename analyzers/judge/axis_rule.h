@@ -35,6 +35,8 @@ class AxisRule : public Rule {
   /// The object of CiA 402 with its name, as the axis at hand has it.
   [[nodiscard]] Value ObjectOf(std::int64_t index) const;
   [[nodiscard]] Value ModeOf(std::int64_t mode) const;
+  /// Bytes by which the master writes an object of the axis at hand too late, if it copies a struct that is not packed.
+  [[nodiscard]] std::uint32_t PaddingBefore(std::uint16_t index) const;
   /// The unit of an object of the axis at hand in the inputs; empty: not mapped, or not known.
   [[nodiscard]] std::string UnitOf(std::uint16_t index) const;
 

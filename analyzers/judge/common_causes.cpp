@@ -295,6 +295,14 @@ bool NamesWatchdog(const RuleContext&, const Finding& effect) {
   return NumberOf(effect, "al_status_code") == kWatchdog;
 }
 
+/// The master did not read the code, and the slave dropped as it does where the watchdog runs out.
+bool MayBeWatchdog(const RuleContext& context, const Finding& effect) {
+  if (effect.arguments.Has("al_status_code")) return NamesWatchdog(context, effect);
+  constexpr std::int64_t kInOp = 8;
+  constexpr std::int64_t kSafeopWithError = 0x14;
+  return StateOf(effect, "al_status_before") == kInOp && StateOf(effect, "al_status") == kSafeopWithError;
+}
+
 /// It was found before the effect, not only begun.
 bool Precedes(const Finding& effect, const Finding& cause) {
   return cause.first.number <= effect.first.number;
@@ -445,7 +453,7 @@ constexpr std::array kLaws{
     Law{"al-refused", "sync-cycle-mismatch", -1, NamesSynchronisationByCode},
     Law{"al-refused", "sync-cycle-unsupported", -1, NamesSynchronisationByCode},
     Law{"al-unexpected-change", "sync-switched-off", kLater, NamesSynchronisation},
-    Law{"al-unexpected-change", "sync-watchdog-margin", kSoon, NamesWatchdog},
+    Law{"al-unexpected-change", "sync-watchdog-margin", kSoon, MayBeWatchdog},
     Law{"al-unexpected-change", "sync-lost", kSoon, NamesSynchronisationOrWatchdog},
     Law{"al-unexpected-change", "sync-window-violation", kLater, NamesSynchronisationByCode, Bus::kNo, Precedes, true},
     Law{"al-unexpected-change", "sync-difference-large", kLater, NamesSynchronisationByCode, Bus::kNo, Precedes, true},

@@ -290,14 +290,16 @@ bool MayBeUnseen(NotApplicable why) {
   }
 }
 
-/// True when packets are missing. Where another recording or master begins, it only looks like a capture gap.
+/// True when packets are missing, or may be where the numbers of the frames skip. Where another recording or master
+/// begins, it only looks like a capture gap.
 bool MissesPacketsForCertain(const RuleContext& context) {
   std::uint64_t no_holes = 0;
   for (const Finding& finding : context.store.findings()) {
     if (finding.rule == "capture-spliced") no_holes += finding.count;
     if (finding.rule == "bus-second-master") ++no_holes;  // appears as late as another recording
   }
-  return context.pairing().missed_outbound + context.pairing().gaps > no_holes;
+  const bus::PairingStatistics& pairing = context.pairing();
+  return pairing.missed_outbound + pairing.gaps + pairing.skips > no_holes;
 }
 
 /// What was reported of one rule and slave.
@@ -404,13 +406,17 @@ class Evaluator {
   }
 
  private:
+  [[nodiscard]] FrameNo FirstMissing() const {
+    const bus::PairingStatistics& pairing = context_.pairing();
+    return pairing.gaps > 0 || pairing.skips == 0 ? pairing.first_gap.number : pairing.first_skip.number;
+  }
   /// What the packets held that the capture misses, or what was cut off, no rule has seen. Those about the file saw
   /// that it is missing.
   void AddMissing(const RuleInfo& rule, Subject subject, SlaveCoverage& out) {
     if (subject == Subject::kCapture) return;
     const PipelineStatistics& read = context_.statistics();
     if (read.cut_frames > 0) AddMissing(rule, ReasonCode::kSnapLength, read.first_cut.number, out);
-    if (misses_packets_) AddMissing(rule, ReasonCode::kMissesPackets, context_.pairing().first_gap.number, out);
+    if (misses_packets_) AddMissing(rule, ReasonCode::kMissesPackets, FirstMissing(), out);
     // What a rule itself reports counts more.
     const bool no_answers = result_.capture.direction == DirectionSeen::kOutbound;
     if (no_answers && out.coverage == Coverage::kJudged && !Get(rule, out.slave).found)

@@ -41,7 +41,7 @@ bool AddEsiDemands(const RuleContext& context, const UnfollowedRequest& request,
   for (const EsiDemand& demand : demands) {
     if (!demand.unmet() || demand.before > request.requested || demand.kind == EsiDemand::Kind::kTimeout) continue;
     explains = explains || MayExplain(demand);
-    const bool command = demand.kind == EsiDemand::Kind::kInitCommand;
+    const bool command = demand.kind == EsiDemand::Kind::kInitCommand && demand.by_sdo;
     if (command && demand.status == EsiDemand::Status::kMissing && request.commands_named) continue;
     if (named == kMostNamed) {
       ++more;

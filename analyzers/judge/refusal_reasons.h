@@ -163,6 +163,10 @@ inline constexpr NoteKind kModuleCountDiffers{
     "module-count-differs",
     "The master configured {configured} (F030h:0, {configured_frame}), the slave detected {detected:number} (F050h:0, "
     "{detected_frame})."};
+inline constexpr NoteKind kEmergency{
+    "emergency-names-setting",
+    "The slave gives the reason in {emergency_frame} by emergency {error_code:number}: it rejects the {aspect} of "
+    "SM{sync_manager}[, which the master set to {actual}].[ It accepts {smallest}[ to {largest}].]"};
 inline constexpr NoteKind kChecked{"checked", "Checked and right: {checked}."};
 
 inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,
@@ -200,6 +204,7 @@ inline constexpr const NoteKind* kNotes[] = {&kMailboxNeverSet,
                                              &kTypesSwapped,
                                              &kNoPdoAssigned,
                                              &kNothingAssigned,
+                                             &kEmergency,
                                              &kChecked};
 
 /// The notes of a rule together with these.

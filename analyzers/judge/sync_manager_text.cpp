@@ -224,6 +224,8 @@ Finding DescribeFaults(const RuleContext& context, const model::AlRequestJudged&
   finding.confidence = known.observed && !request.assumed ? Confidence::kObserved : Confidence::kInferred;
   if (finding.confidence == Confidence::kInferred)
     finding.Add(request.assumed ? sync_manager_fault::kOutboundOnly : sync_manager_fault::kSetByBroadcast);
+  if (demand.off_in_eeprom && !settings.enabled())
+    finding.Add(sync_manager_fault::kOffInEeprom, {{"number", arg::Number(demand.number)}});
   if (!demand.reference.empty()) finding.reference = ReferenceTo(demand.reference);
   return finding;
 }

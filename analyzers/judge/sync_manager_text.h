@@ -97,7 +97,17 @@ inline constexpr NoteKind kOutboundOnly{
 inline constexpr NoteKind kSetByBroadcast{
     .name = "set-by-broadcast",
     .text = "A broadcast cleared the settings. The finding assumes that this slave accepted it."};
-inline constexpr const NoteKind* kNotes[] = {&kOutboundOnly, &kSetByBroadcast};
+inline constexpr NoteKind kOffInEeprom{
+    .name = "off-in-eeprom",
+    .text =
+        R"(The EEPROM has SM{number} with its enable bit 0, and the master set it so. Either the EEPROM image is wrong, or
+the master must enable it by the ESI.)"};
+inline constexpr NoteKind kPaddedStruct{.name = "padded-struct",
+                                        .text =
+                                            "{bytes} is also what these entries need in a C struct that is not "
+                                            "packed, with {padding} of padding. If the master takes "
+                                            "the length from such a struct, pack it."};
+inline constexpr const NoteKind* kNotes[] = {&kOutboundOnly, &kSetByBroadcast, &kOffInEeprom, &kPaddedStruct};
 
 }  // namespace sync_manager_fault
 

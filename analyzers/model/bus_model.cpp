@@ -200,8 +200,7 @@ void BusModel::On(const track::CaptureGap& event) {
   for (std::size_t id = 0; id < slaves_.size(); ++id) {
     SlaveModel& slave = slaves_[id];
     slave.al.OnPause();
-    if (event.certain) slave.ForgetLatches();
-    slave.NoteLatchGap(event.frame.number);
+    slave.NoteLatchGap(event.frame, event.certain || event.skip);
     if (!event.certain) continue;
     slave.mailbox.Forget();
     slave.entry_port.Forget();

@@ -38,6 +38,11 @@ void LatchEdges::Forget() {
   }
 }
 
+void LatchEdges::ForgetAtGap(const FrameRef& frame) {
+  if (any_unread()) report_.NotEvaluable(Kind::kValueLost, frame, Why::kGap);
+  Forget();
+}
+
 // --- enable bits --------------------------------------------------------------------------------------------------
 
 void LatchEdges::OnEnable(std::size_t n, bool enabled, const LatchWord& word, bool first) {

@@ -67,6 +67,8 @@ class LatchEdges {
   void Need();
   /// They begin again, not evaluated.
   void Forget();
+  /// The same where frames may be missing before this one: a position that lies unread may have been read in them.
+  void ForgetAtGap(const FrameRef& frame);
 
   [[nodiscard]] std::size_t size() const { return edges_.size(); }
   [[nodiscard]] const LatchEdgeState& operator[](std::size_t n) const { return edges_[n]; }

@@ -51,6 +51,11 @@ void LatchUnit::Forget() {
   unasked_.Forget();
 }
 
+void LatchUnit::ForgetAtGap(const FrameRef& frame) {
+  edges_.ForgetAtGap(frame);
+  Forget();
+}
+
 std::optional<bool> LatchUnit::input(std::size_t n, std::uint16_t status_word) const {
   if (input_masks_[n] == 0) return std::nullopt;
   return (status_word & input_masks_[n]) != 0;

@@ -78,7 +78,9 @@ class LatchUnit {
   void OnSdo(const mailbox::SdoTransfer& transfer);
   /// The slave leaves the states in which it has process data: its latches begin again, not evaluated.
   void Forget();
-  /// Frames are missing from the capture before this one.
+  /// The same where frames may be missing before this one.
+  void ForgetAtGap(const FrameRef& frame);
+  /// Frames may be missing from the capture before this one.
   void OnGap(FrameNo frame) { unasked_.OnGap(frame); }
   /// The capture has ended.
   void Finish();

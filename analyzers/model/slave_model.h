@@ -71,10 +71,13 @@ struct SlaveModel {
     touch_probe.Forget();
   }
 
-  /// Frames are missing from the capture before this one.
-  void NoteLatchGap(FrameNo frame) {
-    latch.OnGap(frame);
-    touch_probe.OnGap(frame);
+  /// Frames are missing from the capture before this one, or may be.
+  /// @param forget control words may be among them
+  void NoteLatchGap(const FrameRef& frame, bool forget) {
+    for (LatchUnit* unit : {&latch, &touch_probe}) {
+      if (forget) unit->ForgetAtGap(frame);
+      unit->OnGap(frame.number);
+    }
   }
 
   const device::DeviceDescription* profile = nullptr;  ///< never null once the slave is met

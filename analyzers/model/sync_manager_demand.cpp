@@ -149,7 +149,9 @@ std::vector<SyncManagerFault> FaultsOf(const esc::SyncManager& settings, const S
   constexpr DemandSource kStandard = DemandSource::kStandard;
   std::vector<SyncManagerFault> faults;
   if (!settings.enabled()) {
-    const DemandSource source = demand.start_source == DemandSource::kNone ? kStandard : demand.start_source;
+    // The EEPROM may have its start, and no enable bit.
+    const bool of_standard = demand.start_source == DemandSource::kNone || demand.off_in_eeprom;
+    const DemandSource source = of_standard ? kStandard : demand.start_source;
     if (demand.enabled) faults.push_back({Field::kEnable, source, 0, 1, {}, false});
     return faults;
   }

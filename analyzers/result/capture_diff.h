@@ -33,10 +33,12 @@ struct Difference {
   std::string in_a, in_b;            ///< "6 bytes, ...", "not done"; never both empty
   FrameNo frame_a = 0, frame_b = 0;  ///< of the first pair; 0: none
   bool consequence = false;          ///< follows from an outcome: steps that a start-up did not come to
-  bool relevant = false;             ///< the refusal of one start-up is about this setting, or a finding cites it
-  bool counts = true;                ///< false: worth knowing, and no reason to call the captures different
-  int rank = 0;                      ///< for sorting: the smaller, the more important
-  std::size_t place = 0;             ///< likewise, among relevant ones: the likeliest reason of the refusal first
+  bool other_value = false;          ///< a setting that both have
+  /// The refusal of one start-up is about this setting, a finding cites it, or the finding explains the refusal.
+  bool relevant = false;
+  bool counts = true;     ///< false: worth knowing, and no reason to call the captures different
+  int rank = 0;           ///< for sorting: the smaller, the more important
+  std::size_t place = 0;  ///< likewise, among relevant ones: the likeliest reason of the refusal first
 };
 
 struct CaptureDiff {
@@ -47,7 +49,8 @@ struct CaptureDiff {
   /// Only one start-up of a slave failed at a state: "SAFEOP refused with 0x001d", of the first such slave. Empty: none
   /// did, or both.
   std::string failed;
-  bool compared = false;  ///< both show something of a start-up or a configuration that can be compared
+  bool findings_lead = false;  ///< no other value of a setting explains what differs
+  bool compared = false;       ///< both show something of a start-up or a configuration that can be compared
 
   [[nodiscard]] bool different() const {
     for (const Difference& difference : differences) {

@@ -26,6 +26,7 @@ struct EsiDemand {
   std::string wanted;       ///< "8 (0x08)"; empty: whatever the value
   std::string seen;         ///< what the capture shows instead, or empty
   FrameNo frame = 0;        ///< that shows it; 0: none
+  bool by_sdo = false;      ///< an init command of CoE
 
   [[nodiscard]] bool unmet() const { return status == Status::kMissing || status == Status::kDiffers; }
 };

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "decoder/base/ids.h"
+#include "decoder/mailbox/header.h"
 
 namespace ecaudit {
 
@@ -110,6 +111,18 @@ struct StartupStep {
       note;  ///< what went wrong: "aborted 0x06010002 ...", "refused with 0x001d ...", "not answered"; else empty
 };
 
+/// What the master last wrote by a mailbox protocol other than CoE. It is no step: only an ESI is compared with it.
+struct MailboxSetting {
+  mailbox::Protocol protocol = mailbox::Protocol::kSoE;
+  std::uint8_t drive = 0;    ///< SoE
+  std::uint16_t number = 0;  ///< SoE: IDN, EoE: type of the message, AoE: command
+  FrameRef frame;            ///< the request, as sent where that is captured
+  StartupOutcome outcome = StartupOutcome::kUnknown;
+  std::uint32_t code = 0;  ///< refused: error code of the protocol
+  /// SoE: the value, empty if not all of it is kept. AoE: index group, index offset and what is written.
+  std::vector<std::uint8_t> data;
+};
+
 struct StartupPhaseSummary {
   StartupPhase phase = StartupPhase::kScan;
   FrameRef first, last;
@@ -124,6 +137,7 @@ struct StartupSummary {
   bool seen = false;
   std::vector<StartupPhaseSummary> phases;  ///< by first frame
   std::vector<StartupStep> steps;           ///< by frame
+  std::vector<MailboxSetting> mailbox_settings;
   std::uint64_t steps_left_out = 0;         ///< further steps that were not kept
   std::uint64_t dropped_bytes = 0;          ///< of values that were too long to keep
   std::optional<std::uint8_t> first_state;  ///< first AL state that was seen or requested

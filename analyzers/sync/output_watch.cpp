@@ -84,14 +84,17 @@ void OutputWatch::Fell(const FrameRef& frame, esc::AlWord to, std::optional<std:
   fell_code = code;
 }
 
-void OutputWatch::OnHole(bool certain) {
-  may_be_hole = true;
-  if (!certain) return;
+void OutputWatch::OnHole(const track::CaptureGap& gap) {
+  if (gap.certain || gap.skip) {
+    phase.End();
+    grid.End();
+  }
+  // Where only numbers skip the pauses are as long as they seem to be.
+  may_be_hole = may_be_hole || !gap.skip;
+  if (!gap.certain) return;
   seen = false;
   op_since = {};
   fell = {};
-  phase.End();
-  grid.End();
 }
 
 void OutputWatch::ReadStatusWord(const model::SlaveModel& slave, const model::LogicalShare& share, ByteSpan data) {

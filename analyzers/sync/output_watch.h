@@ -84,7 +84,7 @@ struct OutputWatch {
   /// The slave was seen to have left OP by itself.
   void Fell(const FrameRef& frame, esc::AlWord to, std::optional<std::uint16_t> code);
   /// The capture misses frames, or may do so.
-  void OnHole(bool certain);
+  void OnHole(const track::CaptureGap& gap);
   /// @param data of a logical datagram to which the slave gave `share`
   void ReadStatusWord(const model::SlaveModel& slave, const model::LogicalShare& share, ByteSpan data);
 

@@ -13,6 +13,9 @@ namespace {
 constexpr std::uint16_t kProcessRam = 0x1000;
 constexpr std::uint16_t kEepromData = 0x0508;
 constexpr std::size_t kEepromDataBytes = 8;
+constexpr std::uint8_t kBlank = 0xFF;
+constexpr std::uint32_t kSerialBegin = 0x1C;  // bytes of the EEPROM
+constexpr std::uint32_t kSerialEnd = 0x20;
 /// Identification of the ESC's licensee, and memory for the user's own marks.
 constexpr std::uint16_t kChipIdentity = 0x0E00;
 constexpr std::uint16_t kChipIdentityEnd = 0x0F00;
@@ -129,17 +132,32 @@ void FrameCleaner::CleanDatagram(const wire::DatagramView& datagram, Bytes data)
 void FrameCleaner::CleanEeprom(const wire::DatagramView& datagram, Bytes data) {
   const std::uint32_t slave = eeprom_.SlaveOf(datagram);
   const std::optional<std::uint32_t> word = eeprom_.WordAsked(slave);
-  for (std::size_t i = 0; i < kEepromDataBytes; ++i) {
+  const auto is_serial = [&](std::size_t i) {
+    const std::uint64_t byte = 2 * std::uint64_t{word.value_or(0)} + i;
+    return word && byte >= kSerialBegin && byte < kSerialEnd;
+  };
+  const auto byte_at = [&](std::size_t i) -> std::uint8_t* {
     const std::uint32_t address = kEepromData + static_cast<std::uint32_t>(i);
-    if (address < datagram.ado() || address - datagram.ado() >= data.size()) continue;
-    std::uint8_t& byte = data[address - datagram.ado()];
+    if (address < datagram.ado() || address - datagram.ado() >= data.size()) return nullptr;
+    return &data[address - datagram.ado()];
+  };
+  // Of a blank EEPROM all words are 0xFFFF. That is no serial number, and the findings depend on it.
+  bool serial_is_blank = true;
+  for (std::size_t i = 0; i < kEepromDataBytes; ++i) {
+    const std::uint8_t* byte = byte_at(i);
+    if (byte != nullptr && is_serial(i) && *byte != kBlank) serial_is_blank = false;
+  }
+  for (std::size_t i = 0; i < kEepromDataBytes; ++i) {
+    std::uint8_t* const place = byte_at(i);
+    if (place == nullptr) continue;
+    std::uint8_t& byte = *place;
     const std::optional<bool> secret =
         word ? eeprom_.IsSecret(slave, 2 * *word + static_cast<std::uint32_t>(i)) : std::nullopt;
     if (secret != true) continue;
-    if (byte == 0) continue;
+    const bool serial = is_serial(i);
+    if (byte == 0 || (serial && serial_is_blank)) continue;
     const bool letter =
         (byte >= '0' && byte <= '9') || (byte >= 'A' && byte <= 'Z') || (byte >= 'a' && byte <= 'z') || byte >= 0x80;
-    const bool serial = word && 2 * *word + i >= 0x1C && 2 * *word + i < 0x20;
     const bool sign = byte >= 0x20 && byte <= 0x7E;
     byte = serial ? std::uint8_t{0} : letter ? std::uint8_t{'x'} : sign ? byte : std::uint8_t{0};
     if (i % 2 == 0) ++removed_.eeprom_words;

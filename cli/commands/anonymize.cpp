@@ -1,10 +1,9 @@
 /// `ecaudit anonymize`: a copy that may leave the house, evaluated as the capture is.
 #include <algorithm>
+#include <cerrno>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <string>
-#include <system_error>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -20,6 +19,7 @@
 #include "cli/progress.h"
 #include "cli/stream/spool.h"
 #include "cli/version.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/capture/pcapng_writer.h"
@@ -101,15 +101,14 @@ class AnonymizeCommand : public Command {
     if (const auto error = AddFiles(capture_, files)) return Fail(console, *error);
     AddFiles(*settings, files);
     const std::string unchecked = output + ".unchecked";
-    std::error_code ignored;
-    const bool there = std::filesystem::is_regular_file(output, ignored);
+    const bool there = system::IsFile(output);
     if (there && !force_) return Fail(console, Error{Printable(output) + " exists; give --force to overwrite it"});
     if (auto error = there ? files.Claims(output) : files.Writes(output)) return Fail(console, *error);
     if (auto error = files.Writes(unchecked)) return Fail(console, *error);
 
     ListenForInterrupt();
     const ExitStatus status = Work(console, *settings, unchecked, output);
-    std::filesystem::remove(unchecked, ignored);
+    system::Remove(unchecked);
     return status;
   }
 
@@ -163,9 +162,9 @@ class AnonymizeCommand : public Command {
                         "); nothing was written. A family that is recognised by the device name needs --profile"});
     }
     if (auto error = CheckSecrets(unchecked, cleaner)) return Fail(console, *error);
-    std::error_code error;
-    std::filesystem::rename(unchecked, output, error);
-    if (error) return Fail(console, Error{Printable(output) + ": " + error.message()});
+    if (!system::MoveOver(unchecked, output)) {
+      return Fail(console, Error{Printable(output) + ": " + system::ReasonText(errno)});
+    }
     return ReportResult(console, output, cleaner, packets, facts.size(), left_out);
   }
 

@@ -30,6 +30,7 @@
 #include "cli/settings_key.h"
 #include "cli/summary_run.h"
 #include "cli/version.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/system/process.h"
 #include "decoder/base/text.h"
 
@@ -82,8 +83,8 @@ class BatchCommand : public Command {
     files_.Reads(paths_, kCaptureRole);
     // First the folder: the summary may be meant to stand in it.
     std::error_code ignored;
-    const bool new_folder = !fs::exists(*folder_, ignored);
-    const bool new_pages = !batch_.pages.empty() && !fs::exists(batch_.pages, ignored);
+    const bool new_folder = !system::Exists(*folder_);
+    const bool new_pages = !batch_.pages.empty() && !system::Exists(batch_.pages);
     const ExitStatus status = RunIn(console);
     // A command line that was wrong leaves no folder; one with something in it is not removed.
     if (new_pages) fs::remove(batch_.pages, ignored);
@@ -157,9 +158,7 @@ class BatchCommand : public Command {
     if (!list) return list.error();
     paths_ = std::move(list->files);
     passed_over_ = std::move(list->passed_over);
-    std::error_code ignored;
-    const bool none =
-        std::none_of(paths_.begin(), paths_.end(), [&](const std::string& path) { return fs::exists(path, ignored); });
+    const bool none = std::none_of(paths_.begin(), paths_.end(), &system::Exists);
     if (none && !paths_.empty() && list->unreadable.empty()) return Error{"no such file: " + paths_.front()};
     if (options_.join) {
       for (std::vector<std::string>& files : GroupRingBuffers(paths_)) {
@@ -210,9 +209,8 @@ class BatchCommand : public Command {
 
   /// "-o DIR/" and "-o DIR" with a folder that exists can only mean the folder of the reports.
   void TakeFolderFromOutputs() {
-    std::error_code ignored;
     for (auto output = output_.outputs.begin(); output != output_.outputs.end() && !folder_; ++output) {
-      if (!EndsAsFolder(*output) && !fs::is_directory(*output, ignored)) continue;
+      if (!EndsAsFolder(*output) && !system::IsFolder(*output)) continue;
       folder_ = *output;
       output_.outputs.erase(output);
       // What stays on standard output is the summary, as if --output-dir had been typed.

@@ -5,6 +5,7 @@
 
 #include "cli/report/json_text.h"
 #include "decoder/base/text.h"
+#include "decoder/mailbox/soe.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -144,8 +145,17 @@ std::string Activation(const device::DcMode& mode) {
   return text;
 }
 
+void PutWritten(JsonObject& row, const std::vector<std::string>& transitions, const std::vector<std::uint8_t>& data,
+                const std::string& comment) {
+  std::string when;
+  for (const std::string& transition : transitions) when += (when.empty() ? "" : ", ") + transition;
+  row.Text("value", "written at " + when + ": " + HexBytes(data));
+  if (!comment.empty()) row.Text("note", comment);
+}
+
 void PutFacts(JsonObject& out, const DeviceDescription& esi, const std::string& source) {
-  if (!esi.esi || esi.esi->dc_modes.size() + esi.esi->init_commands.size() == 0) return;
+  if (!esi.esi) return;
+  if (esi.esi->dc_modes.empty() && esi.esi->init_commands.empty() && esi.esi->mailbox_commands.empty()) return;
   out.Array("facts", [&](report::JsonArray& facts) {
     for (const device::DcMode& mode : esi.esi->dc_modes) {
       facts.AddObject([&](JsonObject& row) {
@@ -160,10 +170,17 @@ void PutFacts(JsonObject& out, const DeviceDescription& esi, const std::string& 
       facts.AddObject([&](JsonObject& row) {
         row.Put("category", "init command");
         row.Put("name", Hex(command.index) + ":" + std::to_string(command.subindex));
-        std::string when;
-        for (const std::string& transition : command.transitions) when += (when.empty() ? "" : ", ") + transition;
-        row.Text("value", "written at " + when + ": " + HexBytes(command.data));
-        if (!command.comment.empty()) row.Text("note", command.comment);
+        PutWritten(row, command.transitions, command.data, command.comment);
+        row.Put("source", source);
+      });
+    }
+    for (const device::EsiMailboxCommand& command : esi.esi->mailbox_commands) {
+      facts.AddObject([&](JsonObject& row) {
+        row.Put("category", "init command");
+        row.Put("name", mailbox::Name(command.protocol) + " " +
+                            (command.protocol == mailbox::Protocol::kSoE ? mailbox::IdnName(command.number)
+                                                                         : std::to_string(command.number)));
+        PutWritten(row, command.transitions, command.data, command.comment);
         row.Put("source", source);
       });
     }

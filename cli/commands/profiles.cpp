@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <vector>
 
 #include "cli/command_files.h"
@@ -17,6 +16,7 @@
 #include "cli/output_file.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 #include "decoder/device/description_file.h"
 #include "decoder/device/esi_reader.h"
@@ -169,9 +169,8 @@ class ProfilesCommand : public Command {
     std::vector<Checked> files;
     bool clean = true;
     for (const std::string& path : check_) {
-      std::error_code ignored;
       // The name of a family is as good as its file.
-      std::string text = std::filesystem::exists(path, ignored) ? std::string() : families.Text(path);
+      std::string text = system::Exists(path) ? std::string() : families.Text(path);
       if (text.empty()) {
         Result<std::string> read = device::ReadDescriptionFile(path, kMaxProfileBytes);
         if (!read) return Fail(console, read.error());
@@ -209,8 +208,7 @@ class ProfilesCommand : public Command {
     CommandFiles files;
     if (esi_) files.Reads(*esi_, kEsiRole);
     if (auto error = files.Writes(*file_)) return Fail(console, *error);
-    std::error_code ignored;
-    if (std::filesystem::exists(*file_, ignored)) {
+    if (system::Exists(*file_)) {
       return Fail(console, Error{Printable(*file_) + " exists and may hold work; it will not be overwritten"});
     }
     if (auto error = WriteOutputFile(*file_, text)) return Fail(console, *error);

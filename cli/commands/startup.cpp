@@ -1,6 +1,5 @@
 /// `ecaudit startup`: what the master did to bring the slaves to OP, step by step, and whether that is as expected.
 #include <algorithm>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -24,6 +23,7 @@
 #include "cli/report/startup_text.h"
 #include "cli/report_output.h"
 #include "cli/version.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -158,8 +158,9 @@ class StartupCommand : public Command {
       if (const auto error = NothingRequired(capture.result)) return Worst(status, CaptureRun::Fail(console, *error));
       capture.expectation = *expect_;
       KeepStartupFindings(capture);
-      for (const SlaveSummary& slave : capture.result.slaves)
-        AddUnmet(slave, capture.result.slave_names, capture.unmet);
+      for (std::string& unmet : report::UnmetEsiDemands(capture.result.slaves, capture.result.slave_names)) {
+        capture.unmet.push_back(std::move(unmet));
+      }
       run_.MarkKnown(capture);
     } else if (expectation_ != nullptr) {
       if (const auto error = NothingCompared(capture.result)) return Worst(status, CaptureRun::Fail(console, *error));
@@ -238,7 +239,7 @@ class StartupCommand : public Command {
       console.Warning("the start-up before frame " + std::to_string(next) + " is saved; with --from '#" +
                       std::to_string(next) + "' the one from there on");
     }
-    if (std::filesystem::is_regular_file(*save_)) console.Warning("the expectation " + *save_ + " is replaced");
+    if (system::IsFile(*save_)) console.Warning("the expectation " + *save_ + " is replaced");
     return WriteOutputFile(*save_, WriteExpectation(result));
   }
 
@@ -249,13 +250,6 @@ class StartupCommand : public Command {
     const auto described = [](const SlaveSummary& slave) { return !slave.esi_demands.empty(); };
     if (std::any_of(result.slaves.begin(), result.slaves.end(), described)) return std::nullopt;
     return Error{name + " holds no start-up of a slave that " + *expect_ + " describes, or the ESI requires nothing"};
-  }
-
-  static void AddUnmet(const SlaveSummary& slave, const SlaveNames& names, std::vector<std::string>& unmet) {
-    for (const EsiDemand& demand : slave.esi_demands) {
-      if (!demand.unmet()) continue;
-      unmet.push_back(names.Of(slave.position) + ": the ESI requires " + report::DemandText(demand));
-    }
   }
 
   /// A capture that shows no slave's start-up must not pass for one that is as expected.

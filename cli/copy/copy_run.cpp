@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <system_error>
 #include <utility>
 
 #include "analyzers/analysis.h"
@@ -14,6 +13,7 @@
 #include "cli/slave_filter.h"
 #include "cli/stream/spool.h"
 #include "cli/version.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 #include "decoder/capture/capture_reader.h"
 #include "decoder/capture/pcapng_writer.h"
@@ -151,8 +151,7 @@ std::optional<Error> CopyRun::CheckOutput(CommandFiles& files) {
   if (outputs_.size() > 1) return Error{"only one pcapng file can be written; give -o once"};
   output_ = outputs_.front();
   if (output_ == "-") return std::nullopt;
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(output_, ignored)) {
+  if (system::IsFile(output_)) {
     if (auto error = files.Claims(output_)) return error;
     if (!force_) return Error{output_ + " exists; give --force to overwrite it"};
     return std::nullopt;

@@ -57,18 +57,24 @@ class DiffText {
     };
     const bool leads =
         std::any_of(all.begin(), all.end(), [&](const diff::Difference& d) { return d.relevant && is_setting(d); });
-    if (leads) {
+    const bool explained =
+        std::any_of(all.begin(), all.end(), [&](const diff::Difference& d) { return d.relevant && is_finding(d); });
+    if (leads || explained) {
       Section(OneLine(report_.diff.failed) + ": what it is about, the likeliest reason first",
-              [&](const diff::Difference& d) { return d.relevant && is_setting(d); });
+              [&](const diff::Difference& d) { return d.relevant && (is_setting(d) || is_finding(d)); });
     }
+    const auto is_other_finding = [&](const diff::Difference& d) { return is_finding(d) && !d.relevant; };
+    constexpr std::string_view kFindings = "Findings in one of them only";
+    const bool findings_first = report_.diff.findings_lead;
+    if (findings_first) Section(kFindings, is_other_finding);
     const bool fold = leads && !report_.all;
     if (!fold) {
-      Section(leads                       ? "What else is done differently"
-              : different && HasOutcome() ? "What is done differently, the most important first"
-                                          : "Differences",
+      Section(leads || explained || findings_first ? "What else is done differently"
+              : different && HasOutcome()          ? "What is done differently, the most important first"
+                                                   : "Differences",
               [&](const diff::Difference& d) { return !d.relevant && is_setting(d); });
     }
-    Section("Findings in one of them only", is_finding);
+    if (!findings_first) Section(kFindings, is_other_finding);
     if (!fold) {
       Section("What follows from it: steps the other start-up did not come to", is_consequence);
       Section("Does not count: times, devices, layout", is_no_difference);

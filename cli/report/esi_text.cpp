@@ -1,6 +1,9 @@
 #include "cli/report/esi_text.h"
 
+#include <set>
 #include <string_view>
+#include <unordered_map>
+#include <utility>
 
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
@@ -26,6 +29,33 @@ std::string_view StatusText(EsiDemand::Status status) {
   return "unknown";
 }
 
+/// Equal for demands that differ in their frame only.
+std::string KeyOf(const EsiDemand& demand) {
+  std::string key{static_cast<char>(demand.kind), static_cast<char>(demand.status), static_cast<char>(demand.before)};
+  for (const std::string* text : {&demand.what, &demand.wanted, &demand.seen}) (key += *text) += '\0';
+  return key;
+}
+
+/// What several slaves have alike, in the order of the first of them.
+template <typename T>
+class AlikeRows {
+ public:
+  struct Row {
+    const T* first = nullptr;
+    std::set<unsigned> positions;
+  };
+  void Add(std::string key, const T& item, SlavePos position) {
+    const std::size_t row = index_.try_emplace(std::move(key), rows_.size()).first->second;
+    if (row == rows_.size()) rows_.push_back({&item, {}});
+    rows_[row].positions.insert(position);
+  }
+  [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
+
+ private:
+  std::vector<Row> rows_;
+  std::unordered_map<std::string, std::size_t> index_;
+};
+
 }  // namespace
 
 std::string DemandText(const EsiDemand& demand) {
@@ -42,14 +72,39 @@ std::string DemandText(const EsiDemand& demand) {
   return text;
 }
 
-void WriteEsiDemands(const SlaveSummary& slave, const SlaveNames& names, TextBuilder& text) {
-  if (slave.esi_demands.empty()) return;
-  text.Line();
-  text.Line(text.Styled("Required by the ESI of " + names.Of(slave.position), Style::kBold));
-  for (const EsiDemand& demand : slave.esi_demands) {
-    text.Paragraph(Padded(StatusText(demand.status), kStatusColumn) + DemandText(demand), kDemandIndent,
-                   kDemandIndent + kStatusColumn);
+void WriteEsiDemands(std::span<const SlaveSummary> slaves, const SlaveNames& names, TextBuilder& text) {
+  AlikeRows<SlaveSummary> lists;
+  for (const SlaveSummary& slave : slaves) {
+    if (slave.esi_demands.empty()) continue;
+    std::string key;
+    for (const EsiDemand& demand : slave.esi_demands) key += KeyOf(demand);
+    lists.Add(std::move(key), slave, slave.position);
   }
+  for (const auto& [first, positions] : lists.rows()) {
+    text.Line();
+    text.Paragraph(text.Styled("Required by the ESI of " + names.Of(positions), Style::kBold) +
+                       (positions.size() > 1 ? " (frames of " + names.Of(first->position) + ")" : std::string()),
+                   0);
+    for (const EsiDemand& demand : first->esi_demands) {
+      text.Paragraph(Padded(StatusText(demand.status), kStatusColumn) + DemandText(demand), kDemandIndent,
+                     kDemandIndent + kStatusColumn);
+    }
+  }
+}
+
+std::vector<std::string> UnmetEsiDemands(std::span<const SlaveSummary> slaves, const SlaveNames& names) {
+  AlikeRows<EsiDemand> unmet;
+  for (const SlaveSummary& slave : slaves) {
+    for (const EsiDemand& demand : slave.esi_demands) {
+      if (demand.unmet()) unmet.Add(KeyOf(demand), demand, slave.position);
+    }
+  }
+  std::vector<std::string> lines;
+  lines.reserve(unmet.rows().size());
+  for (const auto& [demand, positions] : unmet.rows()) {
+    lines.push_back(names.Of(positions) + ": the ESI requires " + DemandText(*demand));
+  }
+  return lines;
 }
 
 void PutEsiDemands(JsonObject& out, const SlaveSummary& slave) {

@@ -29,9 +29,9 @@ struct TestCase {
 /// "samples.captures.trace_pcapng": CI servers make a tree of packages of it.
 std::string ClassName(const std::string& path) {
   std::string name;
-  for (const std::filesystem::path& part : std::filesystem::path(path)) {
+  for (const std::filesystem::path& part : std::filesystem::path(path).relative_path()) {
     std::string text = part.string();
-    if (text == "/" || text == "." || text.empty()) continue;
+    if (text == "." || text.empty()) continue;
     if (text == "..") text = "up";
     std::replace(text.begin(), text.end(), '.', '_');
     name += (name.empty() ? "" : ".") + text;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <vector>
 
 #include "analyzers/result/further_startups.h"
@@ -85,7 +86,7 @@ class CaptureStartup {
 
   void Slave(const SlaveSummary& slave) {
     Phases(slave);
-    WriteEsiDemands(slave, result_.slave_names, text_);
+    WriteEsiDemands(std::span(&slave, 1), result_.slave_names, text_);
   }
 
   void Phases(const SlaveSummary& slave) {
@@ -151,9 +152,7 @@ std::string Compared(const CaptureReport& capture, const TextStyle& style) {
                      Count(capture.result.slaves.size(), "slave") +
                      " in this capture. Without --expect, ecaudit startup shows them all.",
                  0);
-  for (const SlaveSummary& slave : capture.result.slaves) {
-    WriteEsiDemands(slave, capture.result.slave_names, text);
-  }
+  WriteEsiDemands(capture.result.slaves, capture.result.slave_names, text);
   if (const FrameNo next = startup::NextStartup(capture.result); next != 0) {
     text.Paragraph("The master starts slaves again from frame " + std::to_string(next) +
                        " on. Compared is the start-up before it; --from '#" + std::to_string(next) +

@@ -2,16 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <set>
-#include <system_error>
 
 #include <QResource>
 #include <QString>
 
 #include "cli/output_file.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/system/program.h"
 
 // A static library does not register its resources by itself. The macro has to stand outside of all namespaces.
@@ -42,15 +43,13 @@ fs::path SettingsFolder(const fs::path& home) {
   if (const std::string given = system::Environment("WIRESHARK_CONFIG_DIR"); !given.empty()) return given;
   const std::string configured = system::Environment("XDG_CONFIG_HOME");
   const fs::path folder = (configured.empty() ? home / ".config" : fs::path(configured)) / "wireshark";
-  std::error_code ignored;
   const fs::path old = home / ".wireshark";
-  return !fs::exists(folder, ignored) && fs::exists(old, ignored) ? old : folder;
+  return !system::Exists(folder.string()) && system::Exists(old.string()) ? old : folder;
 }
 
 /// Empty where there is none.
 std::string Content(const fs::path& path) {
-  std::error_code failed;
-  if (const auto size = fs::file_size(path, failed); failed || size > kLongestList) return {};
+  if (const auto status = system::StatusOf(path.string()); !status || status->bytes > kLongestList) return {};
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
@@ -73,10 +72,8 @@ std::optional<Error> WriteLines(const fs::path& path, const std::vector<std::str
 }
 
 std::optional<Error> MakeFolder(const std::string& folder) {
-  std::error_code failed;
-  fs::create_directories(folder, failed);
-  if (failed) return Error{"cannot make the folder " + folder + ": " + failed.message()};
-  return std::nullopt;
+  if (system::MakeFolders(folder)) return std::nullopt;
+  return Error{"cannot make the folder " + folder + ": " + system::ReasonText(errno)};
 }
 
 }  // namespace
@@ -105,8 +102,7 @@ std::string PluginFiles::plugin() const {
 }
 
 bool PluginFiles::installed() const {
-  std::error_code ignored;
-  return fs::is_regular_file(plugin(), ignored);
+  return system::IsFile(plugin());
 }
 
 bool PluginFiles::differs() const {
@@ -120,8 +116,7 @@ std::optional<Error> PluginFiles::Install() const {
   if (auto error = MakeFolder(profile_)) return error;
   for (const char* name : {"preferences", "colorfilters"}) {
     const fs::path path = fs::path(profile_) / name;
-    std::error_code ignored;
-    if (fs::exists(path, ignored)) continue;
+    if (system::Exists(path.string())) continue;
     if (auto error = WriteOutputFile(path.string(), Embedded(name))) return error;
   }
   return std::nullopt;

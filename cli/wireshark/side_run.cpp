@@ -1,6 +1,7 @@
 #include "cli/wireshark/side_run.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -22,6 +23,7 @@
 #include "cli/stream/spool.h"
 #include "cli/wireshark/side_events.h"
 #include "cli/wireshark/side_rows.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 #include "decoder/capture/capture_reader.h"
 
@@ -201,11 +203,10 @@ ExitStatus SideRun::Write(Console& console, Plan& plan, SideFile& side, Written&
   if (InterruptFlag()) return interrupted();
   if (!first) return Fail(console, first.error());
   plan.first = *first;
-  std::error_code failed;
-  const std::uintmax_t size = std::filesystem::file_size(plan.name, failed);
-  if (failed) return Fail(console, Error{plan.name + ": " + failed.message()});
-  side.Directory("capture\t" + std::to_string(size) + '\t' + std::to_string(checks.packets()) + '\t' + first->time +
-                 '\t' + std::to_string(first->length) + '\t' + Absolute(plan.name));
+  const std::optional<system::FileStatus> status = system::StatusOf(plan.name);
+  if (!status) return Fail(console, Error{plan.name + ": " + system::ReasonText(errno)});
+  side.Directory("capture\t" + std::to_string(status->bytes) + '\t' + std::to_string(checks.packets()) + '\t' +
+                 first->time + '\t' + std::to_string(first->length) + '\t' + Absolute(plan.name));
   checks.WriteTo(side);
   written.packets = checks.packets();
 

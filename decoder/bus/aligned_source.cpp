@@ -26,6 +26,7 @@ AlignedSource::AlignedSource(const ClocksApart& apart, std::unique_ptr<capture::
   info_.comments.clear();
   info_.damage.reset();
   info_.clock_shift = capture::ClockShift{apart.returned, apart.outbound, apart.ahead_ns, apart.pairs, two_};
+  parser_.AcceptLengths();  // as when the clocks were compared
   readers_[0].source = std::move(whole);
   readers_[1].source = std::move(again);
   Advance(readers_[0]);

@@ -36,6 +36,9 @@ GapBefore CaptureGaps::Follow(std::uint8_t number, const wire::FrameView& frame,
       return sent.sender == number && !sent.may_be_copy();
     }));
     index.Set(IndexFact::kTimeForSkipped, skips && rhythm.HasTimeForSkipped(last, frame.ref(), context_.trip));
+    index.Set(IndexFact::kTimeAtRate, skips && rhythm.HasTimeAtRate(apart));
+    index.Set(IndexFact::kLongPause, skips && timed && rhythm.TakeDistance(apart));
+    index.Set(IndexFact::kWhole, context_.statistics.unmatched_returned == 0 && context_.statistics.lost == 0);
     index.Set(IndexFact::kOnlyOneFits, orphan && rhythm.OnlyOneFits(last, frame.ref()));
     index.Set(IndexFact::kTimeForRound, repeats == Repeats::kAnswered && rhythm.IndicesThatMayBeMissing(apart) > 0);
     index.Set(IndexFact::kTimeOut, repeats_unanswered && retries);
@@ -82,6 +85,11 @@ GapBefore CaptureGaps::Apply(GapVerdict verdict, std::uint8_t number, const Fram
     case GapVerdict::kSilenceInFlight:
       DoubtInFlight(number, Undecided::kSilence);
       break;
+    case GapVerdict::kMaySkip:
+      context_.statistics.CountSkip(at);
+      return GapBefore::kSkip;
+    case GapVerdict::kNumbersSkip:
+      return GapBefore::kSkip;
     case GapVerdict::kSilence:
       break;
   }
@@ -138,7 +146,9 @@ GapBefore CaptureGaps::Before(const wire::FrameView& orphan) noexcept {
   // of them showed lies before this one. Not where the frame that had its number is known.
   if (open > 0 && sender.rhythm.indices.IsAfter(orphan, open) &&
       context_.sent.NewestRecent(context_.sent.end(), has_its_number) == nullptr) {
-    return Take(context_.sent.end());
+    const GapBefore gap = Take(context_.sent.end());
+    // Here is the copy without the other one.
+    return gap == GapBefore::kSkip ? Apply(GapVerdict::kIndicesSkip, number, orphan.ref()) : gap;
   }
   const GapBefore gap = Follow(number, orphan, Repeats::kNo, BelongsIntoCapture(sender, orphan));
   return std::max(gap, Take(context_.sent.end()));

@@ -12,6 +12,8 @@ enum class GapVerdict : std::uint8_t {
   kNone,
   kIndicesSkip,      ///< certain, by the indices: frames in flight may have returned unseen
   kCopyMissing,      ///< certain, by the outbound copy of a return: the same
+  kMaySkip,          ///< possible: the indices skip, and nothing else shows that frames are missing
+  kNumbersSkip,      ///< the same, and at the rate of the sender there was no time for them
   kRoundMayMiss,     ///< possible: one round of indices fits between a frame and its repetition
   kAnotherCapture,   ///< possible: the clock jumps, another capture begins
   kSilence,          ///< possible: a silence that the master explains, frames in flight are not in doubt
@@ -26,6 +28,9 @@ enum class IndexFact : std::uint8_t {
   kOrphan,          ///< a return; both copies of it belong into the capture
   kAnyInFlight,     ///< a frame of the sender is in flight
   kTimeForSkipped,  ///< the skipped frames could be sent in the time between
+  kTimeAtRate,      ///< also if they follow one another as those before did
+  kLongPause,       ///< and the sender sent nothing for much longer than before
+  kWhole,           ///< so far the capture holds both copies of all frames
   kOnlyOneFits,     ///< no more frames than this one fit into the time between
   kTimed,           ///< both frames have time stamps
   kSentAgain,       ///< the frame before once more, which had returned
@@ -43,6 +48,9 @@ inline constexpr auto kGapByIndex = [] {
       {{F::kNext, F::kTimed}, {F::kOrphan, F::kSentAgain, F::kTimeOut, F::kClockBack}, V::kAskTime},
       // What was not sent cannot be missing: another program has a counter of its own, or the master skips numbers.
       {{F::kSkips}, {F::kOrphan, F::kAnyInFlight, F::kTimeForSkipped}, V::kNone},
+      // Where packets are missing, one copy of a frame is there sooner or later without the other one.
+      {{F::kSkips, F::kTimed, F::kWhole, F::kTimeAtRate}, {F::kOrphan, F::kAnyInFlight, F::kLongPause}, V::kMaySkip},
+      {{F::kSkips, F::kTimed, F::kWhole}, {F::kOrphan, F::kAnyInFlight, F::kLongPause}, V::kNumbersSkip},
       {{F::kSkips}, {}, V::kIndicesSkip},
       // Where no number shows that it is the next one, more may be missing with its outbound copy.
       {{F::kOrphan}, {F::kContinued, F::kOnlyOneFits}, V::kCopyMissing},

@@ -315,6 +315,7 @@ std::optional<ClocksApart> CompareClocks(capture::FrameSource& source) noexcept 
   std::array<Side, kInterfaces> sides;
   std::size_t count = 0;
   wire::FrameParser parser;
+  parser.AcceptLengths();  // both copies of a frame are alike, whatever it writes there
   capture::CapturedFrame packet;
   while (source.Next(packet) == capture::ReadStatus::kFrame) {
     const wire::FrameView& frame = parser.Parse(packet);

@@ -1,6 +1,7 @@
 #include "decoder/bus/sending_rhythm.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace ecaudit::bus {
 
@@ -19,7 +20,9 @@ bool SendingRhythm::TakeDistance(std::int64_t apart) noexcept {
   mean_ns_ += mean_ns_ == 0 ? counted : (counted - mean_ns_) / kWeight;
   longest_ns_ = std::max(longest_ns_, apart);
   if (apart > 0 && (shortest_ns_ == 0 || apart < shortest_ns_)) shortest_ns_ = apart;
+  if (apart > 0 && (nearest_ns_ == 0 || apart < nearest_ns_)) nearest_ns_ = apart;
   if (++frames_ >= threshold::kRhythmFrames) {
+    nearest_before_ns_ = std::exchange(nearest_ns_, 0);
     longest_before_ns_ = std::max<std::int64_t>(longest_ns_, 1);
     longest_ns_ = 0;
     frames_ = 0;
@@ -39,6 +42,15 @@ bool SendingRhythm::HasTimeForSkipped(const FrameRef& from, const FrameRef& to, 
   const std::int64_t shortest = longest_before_ns_ > 0 ? shortest_ns_ / 2 : 0;
   const std::int64_t each = std::max(shortest, threshold::kShortestFrameNs);
   return indices.skipped() * each <= 2 * Elapsed(from, to) + threshold::kStampErrorNs;
+}
+
+bool SendingRhythm::HasTimeAtRate(std::int64_t apart) const noexcept {
+  if (HasSharedStamps() || !known()) return true;
+  const std::int64_t nearest = nearest_before_ns_ == 0 || (nearest_ns_ != 0 && nearest_ns_ < nearest_before_ns_)
+                                   ? nearest_ns_
+                                   : nearest_before_ns_;
+  const std::int64_t frames = std::int64_t{indices.skipped()} + 1;
+  return nearest - nearest / threshold::kFasterByOneIn <= apart / frames;
 }
 
 bool SendingRhythm::OnlyOneFits(const FrameRef& sent, const FrameRef& returned) const noexcept {

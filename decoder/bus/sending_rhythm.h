@@ -31,6 +31,8 @@ class SendingRhythm {
   /// True when the frames whose indices are skipped could be sent from one frame to the other, as fast as the wire or
   /// the master permits. Stamps that frames share, or that are too coarse for round trips, show nothing.
   [[nodiscard]] bool HasTimeForSkipped(const FrameRef& from, const FrameRef& to, const RoundTrip& trip) const noexcept;
+  /// The same where the distance is known: the skipped frames follow one another no faster than those of late did.
+  [[nodiscard]] bool HasTimeAtRate(std::int64_t apart) const noexcept;
   /// True when no more frames fit between one and the return of another than the one that returned.
   [[nodiscard]] bool OnlyOneFits(const FrameRef& sent, const FrameRef& returned) const noexcept;
 
@@ -42,6 +44,8 @@ class SendingRhythm {
   std::int64_t longest_ns_ = 0;         ///< longest distance of the frames counted in frames_ ...
   std::int64_t longest_before_ns_ = 0;  ///< ... and of kRhythmFrames before
   std::int64_t shortest_ns_ = 0;        ///< of all frames
+  std::int64_t nearest_ns_ = 0;         ///< shortest distance of the frames counted in frames_; 0: not known ...
+  std::int64_t nearest_before_ns_ = 0;  ///< ... and of kRhythmFrames before
   std::uint32_t frames_ = 0;
   int shared_score_ = 0;  ///< kSharedOneIn more for each stamp that is not later than the one before, else 1 less
 };

@@ -66,6 +66,8 @@ inline constexpr std::uint32_t kRhythmKnownFrames = 16;
 inline constexpr std::uint32_t kRhythmFewFrames = 4;
 /// ... it takes this multiple.
 inline constexpr std::int64_t kSilenceOfFewTimes = 64;
+/// Frames may follow one another faster than those before by this part.
+inline constexpr std::int64_t kFasterByOneIn = 5;
 /// Stamps of an interrupt: more than one of this number is no later than the stamp before, ...
 inline constexpr int kSharedOneIn = 16;
 /// ... and more than two of them; ...

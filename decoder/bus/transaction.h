@@ -13,6 +13,7 @@ namespace ecaudit::bus {
 enum class GapBefore : std::uint8_t {
   kNone,
   kPossible,  ///< no frame was sent for much longer than before, or the stamps go back; the indices do not show why
+  kSkip,      ///< the indices skip, but both copies of all frames are there: the master may have skipped numbers
   kCertain,   ///< the indices show it, or another master is there
 };
 

@@ -10,6 +10,7 @@
 #include "decoder/base/ids.h"
 #include "decoder/device/esi_modules.h"
 #include "decoder/mailbox/diagnosis_message.h"
+#include "decoder/mailbox/header.h"
 
 namespace ecaudit::device {
 
@@ -47,6 +48,16 @@ struct EsiInitCommand {
   std::string comment;
 };
 
+/// A message of another mailbox protocol that the device wants at a state change (Mailbox/SoE, EoE, AoE: InitCmd).
+struct EsiMailboxCommand {
+  mailbox::Protocol protocol = mailbox::Protocol::kSoE;
+  std::vector<std::string> transitions;  ///< as above
+  std::optional<std::uint8_t> drive;     ///< SoE: the channel (Chn); unset: any
+  std::uint16_t number = 0;              ///< SoE: IDN, EoE: type of the message, AoE: command (0: not known)
+  std::vector<std::uint8_t> data;        ///< SoE: value, AoE: index group, index offset and what is written
+  std::string comment;
+};
+
 struct EsiDetails {
   std::string vendor_name;
   std::string type;                             ///< order code, the text of the element Type
@@ -55,6 +66,7 @@ struct EsiDetails {
   std::vector<FmmuUse> fmmus;                   ///< by FMMU number
   std::vector<DcMode> dc_modes;
   std::vector<EsiInitCommand> init_commands;
+  std::vector<EsiMailboxCommand> mailbox_commands;
   /// CoE features; unset where the file does not state them.
   std::optional<bool> pdo_assign, pdo_config;
   StateTimeouts timeouts;

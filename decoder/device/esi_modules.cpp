@@ -70,6 +70,26 @@ void AddObjects(const EsiModule& module, std::size_t slot, const EsiSlots& slot_
   SortObjects(device.dictionary->objects);
 }
 
+/// A message names no slot: a text ID that modules use for different texts has none.
+class ModuleTexts {
+ public:
+  void Add(const EsiModule& module) {
+    for (const auto& [id, text] : module.diagnosis_texts) {
+      const auto [row, added] = texts_.emplace(id, text);
+      if (!added && row->second != text) row->second.clear();
+    }
+  }
+  /// What the device states itself comes first.
+  void MoveTo(mailbox::DiagnosisTexts& out) {
+    for (auto& [id, text] : texts_) {
+      if (!text.empty()) out.emplace(id, std::move(text));
+    }
+  }
+
+ private:
+  mailbox::DiagnosisTexts texts_;
+};
+
 }  // namespace
 
 const EsiModule* EsiSlots::Find(std::uint32_t ident) const {
@@ -86,16 +106,19 @@ DeviceDescription WithModules(DeviceDescription device, std::span<const std::uin
     if (ident == 0) continue;
     const EsiModule* module = slot_rules.Find(ident);
     if (module == nullptr) return device;
-    rows += module->objects.size();
+    rows += module->objects.size() + module->diagnosis_texts.size();
     for (const EsiModule::Pdo& pdo : module->pdos) rows += 1 + pdo.content.entries.size();
   }
   if (rows > kMaxModuleRows) return device;
+  ModuleTexts texts;
   for (std::size_t slot = 0; slot < idents.size(); ++slot) {
     const EsiModule* module = idents[slot] == 0 ? nullptr : slot_rules.Find(idents[slot]);
     if (module == nullptr) continue;
     for (const EsiModule::Pdo& pdo : module->pdos) AddPdo(pdo, slot, slot_rules, device.pdo);
     AddObjects(*module, slot, slot_rules, device);
+    texts.Add(*module);
   }
+  texts.MoveTo(device.esi->diagnosis_texts);
   device.esi->modules_known = true;
   return device;
 }

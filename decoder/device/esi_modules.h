@@ -10,6 +10,7 @@
 
 #include "decoder/device/object_dictionary.h"
 #include "decoder/device/pdo_description.h"
+#include "decoder/mailbox/diagnosis_message.h"
 
 namespace ecaudit::device {
 
@@ -30,6 +31,7 @@ struct EsiModule {
   std::string name;  ///< untrusted text
   std::vector<Pdo> pdos;
   std::vector<Object> objects;
+  mailbox::DiagnosisTexts diagnosis_texts;  ///< of object 10F3h (Profile/DiagMessages)
 };
 
 /// The slots of a device.
@@ -44,7 +46,7 @@ struct EsiSlots {
   [[nodiscard]] const EsiModule* Find(std::uint32_t ident) const;
 };
 
-/// `device` with PDOs and objects of the modules in its slots.
+/// `device` with PDOs, objects and diagnosis texts of the modules in its slots.
 /// @param device  has esi->slot_rules
 /// @param idents  what is in each slot, the first slot first; 0: it is empty
 /// A slot whose module the file does not have leaves the device as it is: its process data are then not known by it.

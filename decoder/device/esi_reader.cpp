@@ -11,6 +11,7 @@
 #include "decoder/base/text.h"
 #include "decoder/device/description_file.h"
 #include "decoder/device/xml_cursor.h"
+#include "decoder/mailbox/aoe.h"
 
 namespace ecaudit::device {
 namespace {
@@ -152,6 +153,8 @@ class EsiParser {
         while (xml_.NextChild()) {
           if (xml_.name() == "Dictionary") {
             ReadDictionary(dictionary, &by_slot);
+          } else if (xml_.name() == "DiagMessages") {
+            ReadDiagnosisTexts(module.diagnosis_texts);
           } else {
             xml_.Skip();
           }
@@ -330,30 +333,26 @@ class EsiParser {
         esi.pdo_assign = feature("PdoAssign");
         esi.pdo_config = feature("PdoConfig");
         ReadCoe(esi);
-        continue;
+      } else if (xml_.name() == "SoE") {
+        ReadMailboxCommands(mailbox::Protocol::kSoE, esi);
+      } else if (xml_.name() == "EoE") {
+        ReadMailboxCommands(mailbox::Protocol::kEoE, esi);
+      } else if (xml_.name() == "AoE") {
+        ReadMailboxCommands(mailbox::Protocol::kAoE, esi);
+      } else {
+        xml_.Skip();
       }
-      xml_.Skip();
     }
   }
 
   void ReadCoe(EsiDetails& esi) {
-    while (xml_.NextChild()) {
-      if (xml_.name() != "InitCmd") {
-        xml_.Skip();
-        continue;
-      }
-      if (esi.init_commands.size() >= kMaxInitCommands) {
-        return xml_.Fail("more than " + Grouped(kMaxInitCommands) + " init commands");
-      }
+    while (NextInitCommand(esi)) {
       EsiInitCommand& command = esi.init_commands.emplace_back();
       command.complete_access = xml_.Flag("CompleteAccess");
-      CountRow();
       while (xml_.NextChild()) {
         const std::string& name = xml_.name();
         if (name == "Transition") {
-          if (command.transitions.size() >= kMaxTransitions)
-            return xml_.Fail("an init command of too many transitions");
-          command.transitions.push_back(xml_.Label());
+          ReadTransition(command.transitions);
         } else if (name == "Index") {
           command.index = xml_.Number<std::uint16_t>();
         } else if (name == "SubIndex") {
@@ -367,6 +366,58 @@ class EsiParser {
         }
       }
     }
+  }
+
+  /// SoE: <InitCmd Chn="0"><Transition>PS</Transition><IDN>32</IDN><Data>0200</Data></InitCmd>
+  /// EoE has the type of the message in <Type>, AoE a whole message in <Data>.
+  void ReadMailboxCommands(mailbox::Protocol protocol, EsiDetails& esi) {
+    while (NextInitCommand(esi)) {
+      EsiMailboxCommand& command = esi.mailbox_commands.emplace_back();
+      command.protocol = protocol;
+      if (protocol == mailbox::Protocol::kSoE) command.drive = xml_.NumberAttribute<std::uint8_t>("Chn");
+      while (xml_.NextChild()) {
+        const std::string& name = xml_.name();
+        if (name == "Transition") {
+          ReadTransition(command.transitions);
+        } else if (name == "IDN" || name == "Type") {
+          command.number = xml_.Number<std::uint16_t>();
+        } else if (name == "Data") {
+          command.data = xml_.Bytes();
+        } else if (name == "Comment") {
+          ReadLocalName(xml_, command.comment);
+        } else {
+          xml_.Skip();
+        }
+      }
+      if (protocol == mailbox::Protocol::kAoE) ReadAoeMessage(command);
+    }
+  }
+  /// What is no whole message stays without command: it is not compared.
+  static void ReadAoeMessage(EsiMailboxCommand& command) {
+    const mailbox::AmsHeader header = mailbox::ParseAms(command.data);
+    const bool whole = !header.too_short && header.data.size() == header.length && !header.response();
+    command.number = whole ? static_cast<std::uint16_t>(header.command) : 0;
+    command.data = whole ? mailbox::AccessBytes(mailbox::ParseAds(header)) : std::vector<std::uint8_t>();
+  }
+
+  bool NextInitCommand(const EsiDetails& esi) {
+    while (xml_.NextChild()) {
+      if (xml_.name() != "InitCmd") {
+        xml_.Skip();
+        continue;
+      }
+      if (esi.init_commands.size() + esi.mailbox_commands.size() >= kMaxInitCommands) {
+        xml_.Fail("more than " + Grouped(kMaxInitCommands) + " init commands");
+        return false;
+      }
+      CountRow();
+      return true;
+    }
+    return false;
+  }
+  void ReadTransition(std::vector<std::string>& transitions) {
+    if (transitions.size() >= kMaxTransitions) return xml_.Fail("an init command of too many transitions");
+    transitions.push_back(xml_.Label());
   }
 
   void ReadDc(EsiDetails& esi) {

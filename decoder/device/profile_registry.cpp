@@ -1,14 +1,15 @@
 #include "decoder/device/profile_registry.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <mutex>
 #include <set>
-#include <system_error>
 #include <utility>
 
 #include "decoder/base/bytes.h"
 #include "decoder/base/json.h"
+#include "decoder/base/system/files.h"
 #include "decoder/base/text.h"
 #include "decoder/device/description_file.h"
 #include "decoder/device/embedded_files.h"
@@ -128,8 +129,7 @@ Result<std::string> ProfileRegistry::AddFile(const std::string& path) {
 }
 
 std::optional<Error> ProfileRegistry::AddPath(const std::string& path) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) {
+  if (system::IsFolder(path)) {
     const Result<std::size_t> added = AddDirectory(path);
     return added ? std::nullopt : std::optional(added.error());
   }
@@ -143,18 +143,14 @@ Result<std::size_t> ProfileRegistry::AddDirectory(const std::string& path) {
     std::string text;
     std::string extends;
   };
-  std::error_code error;
-  std::filesystem::directory_iterator entries(path, error);
-  if (error) return Error{Printable(path) + ": " + error.message()};
+  const auto names = system::NamesIn(path);
+  if (!names) return Error{Printable(path) + ": " + system::ReasonText(errno)};
 
   std::map<std::string, Pending, std::less<>> pending;
-  std::set<std::filesystem::path> files;  // sorted, so that errors do not depend on the file system
-  for (const std::filesystem::directory_iterator end; entries != end; entries.increment(error)) {
-    if (error) break;
-    const bool hidden = entries->path().filename().string().starts_with('.');
-    if (!hidden && entries->path().extension() == ".json") files.insert(entries->path());
+  std::vector<std::filesystem::path> files;
+  for (const std::string& name : *names) {
+    if (!name.starts_with('.') && name.ends_with(".json")) files.push_back(std::filesystem::path(path) / name);
   }
-  if (error) return Error{Printable(path) + ": " + error.message()};
   for (const std::filesystem::path& file : files) {
     Result<std::string> text = ReadDescriptionFile(file, kMaxProfileBytes);
     if (!text) return text.error();

@@ -95,4 +95,13 @@ AdsParameters ParseAds(const AmsHeader& header) {
   return ads;
 }
 
+std::vector<std::uint8_t> AccessBytes(const AdsParameters& parameters) {
+  std::vector<std::uint8_t> bytes;
+  for (const std::uint32_t word : {parameters.index_group.value_or(0), parameters.index_offset.value_or(0)}) {
+    for (unsigned shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<std::uint8_t>(word >> shift));
+  }
+  bytes.insert(bytes.end(), parameters.data.begin(), parameters.data.end());
+  return bytes;
+}
+
 }  // namespace ecaudit::mailbox

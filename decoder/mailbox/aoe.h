@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "decoder/base/bytes.h"
 
@@ -67,5 +68,8 @@ struct AdsParameters {
 };
 
 [[nodiscard]] AdsParameters ParseAds(const AmsHeader& header);
+
+/// Index group, index offset and data in one row, to compare what two requests access.
+[[nodiscard]] std::vector<std::uint8_t> AccessBytes(const AdsParameters& parameters);
 
 }  // namespace ecaudit::mailbox

@@ -7,7 +7,9 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "decoder/base/bytes.h"
 
@@ -43,6 +45,35 @@ struct EmergencyData {
     text += c;
   }
   return text.size() < 2 ? std::string() : text;
+}
+
+/// What a slave rejects, as the manufacturer data of 0xA000 (PREOP to SAFEOP failed) and 0xA001 (SAFEOP to OP) name it.
+///
+///   | sync manager:6 aspect:2 | smallest 2 | largest 2 |     (accepted address or length)
+///
+/// The error register holds the state of the slave, not bits. Source: ETG.1000.6 5.6.4.3.
+struct TransitionDiagnosis {
+  enum class Aspect : std::uint8_t { kOddAddress, kAddress, kLength, kSettings };
+  std::uint8_t sync_manager = 0;
+  Aspect aspect = Aspect::kOddAddress;
+  std::optional<std::pair<std::uint16_t, std::uint16_t>> accepted;  ///< smallest and largest
+};
+
+/// Nothing for data that name no sync manager, or are all 0.
+[[nodiscard]] constexpr std::optional<TransitionDiagnosis> ParseTransition(const EmergencyData& emergency) {
+  constexpr std::uint8_t kSyncManagers = 16;
+  const auto sync_manager = static_cast<std::uint8_t>(emergency.data[0] >> 2U);
+  const bool zeros = emergency.data == std::array<std::uint8_t, 5>{};
+  if (emergency.too_short || zeros || sync_manager >= kSyncManagers) return std::nullopt;
+  TransitionDiagnosis diagnosis;
+  diagnosis.sync_manager = sync_manager;
+  diagnosis.aspect = static_cast<TransitionDiagnosis::Aspect>(emergency.data[0] & 0x03U);
+  const auto low = static_cast<std::uint16_t>(emergency.data[1] | emergency.data[2] << 8U);
+  const auto high = static_cast<std::uint16_t>(emergency.data[3] | emergency.data[4] << 8U);
+  if (diagnosis.aspect != TransitionDiagnosis::Aspect::kSettings && low <= high && high != 0) {
+    diagnosis.accepted = {low, high};
+  }
+  return diagnosis;
 }
 
 }  // namespace ecaudit::mailbox

@@ -5,11 +5,15 @@
 
 namespace ecaudit::track {
 
-void CaptureGaps::OnGap(const FrameRef& frame, bool certain) {
+void CaptureGaps::OnGap(const FrameRef& frame, bus::GapBefore gap) {
+  const bool certain = gap == bus::GapBefore::kCertain;
+  const bool skip = gap == bus::GapBefore::kSkip;
   // The models of all slaves receive it, too.
   states_.work().Take(states_.size());
-  Note(frame);
-  events_.Publish(CaptureGap{frame, certain});
+  Note(frame, skip);
+  events_.Publish(CaptureGap{frame, certain, skip});
+  // A command to the EEPROM lasts for a few frames: its answer may belong to another one.
+  for (std::size_t s = 0; skip && s < states_.size(); ++s) states_[static_cast<SlaveId>(s)].sii.Forget();
   if (!certain) return;
   states_.ForgetForLater();
   addressing_.ForgetCount(frame.number);
@@ -27,17 +31,17 @@ void CaptureGaps::OnGap(const FrameRef& frame, bool certain) {
   }
 }
 
-bool CaptureGaps::AnyBetween(FrameNo from, FrameNo to) const {
+bool CaptureGaps::AnyBetween(FrameNo from, FrameNo to, bool with_skips) const {
   const std::size_t kept = std::min(count_, first_after_.size());
   for (std::size_t i = count_ - kept; i < count_; ++i) {
     const FrameNo behind = first_after_[i % first_after_.size()];
-    if (from < behind && behind <= to) return true;
+    if (from < behind && behind <= to && (with_skips || !skips_[i % skips_.size()])) return true;
   }
   return kept < count_ && from < first_after_[count_ % first_after_.size()];
 }
 
 void CaptureGaps::OnOtherRecording(const FrameRef& frame) {
-  Note(frame);
+  Note(frame, false);
   events_.Publish(CaptureGap{frame, true});
   states_.ForgetForLater();
   addressing_.ForgetCount(frame.number);

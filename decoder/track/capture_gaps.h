@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "decoder/base/event_sink.h"
+#include "decoder/bus/transaction.h"
 #include "decoder/track/addressing.h"
 #include "decoder/track/datagram_pair.h"
 #include "decoder/track/events.h"
@@ -25,7 +26,7 @@ class CaptureGaps {
       : events_(events), addressing_(addressing), states_(states), mailboxes_(mailboxes) {}
 
   /// @param frame the first after the capture gap
-  void OnGap(const FrameRef& frame, bool certain);
+  void OnGap(const FrameRef& frame, bus::GapBefore gap);
   /// Another recording begins: in between anything may have happened, for any time.
   void OnOtherRecording(const FrameRef& frame);
   /// The capture shows whether what is presumed of this slave still holds.
@@ -40,7 +41,9 @@ class CaptureGaps {
   [[nodiscard]] FrameNo last() const { return count_ == 0 ? 0 : first_after_[(count_ - 1) % first_after_.size()]; }
   /// True when such a place follows frame `from`, and not after frame `to`. Of many the first are forgotten: then
   /// one may lie anywhere before those that are left.
-  [[nodiscard]] bool AnyBetween(FrameNo from, FrameNo to) const;
+  [[nodiscard]] bool AnyBetween(FrameNo from, FrameNo to) const { return AnyBetween(from, to, true); }
+  /// The same without the places where only numbers skip.
+  [[nodiscard]] bool AnyButSkipsBetween(FrameNo from, FrameNo to) const { return AnyBetween(from, to, false); }
   /// Something is presumed of some slave.
   [[nodiscard]] bool presumes() const { return presumed_ > 0; }
   /// A logical datagram came back: with the working counter it had before the capture gap, if all is as it was.
@@ -63,7 +66,11 @@ class CaptureGaps {
 
  private:
   [[nodiscard]] bool WasAway(SlaveId id, std::uint16_t first_position, bool branch) const;
-  void Note(const FrameRef& frame) { first_after_[count_++ % first_after_.size()] = frame.number; }
+  [[nodiscard]] bool AnyBetween(FrameNo from, FrameNo to, bool with_skips) const;
+  void Note(const FrameRef& frame, bool skip) {
+    skips_[count_ % skips_.size()] = skip;
+    first_after_[count_++ % first_after_.size()] = frame.number;
+  }
   void Settle(SlaveId id, bool still_so, const FrameRef& frame);
   void SettleAll(bool still_so, const FrameRef& frame);
   void Forget(SlaveId id, const FrameRef& frame);
@@ -85,6 +92,7 @@ class CaptureGaps {
   std::array<Habit, 8> habits_{};
   std::size_t presumed_ = 0;               // slaves whose state is presumed
   std::array<FrameNo, 32> first_after_{};  // first frames after the last capture gaps
+  std::array<bool, 32> skips_{};           // of these, places where only numbers skip
   std::size_t count_ = 0;                  // of capture gaps
 };
 

@@ -203,7 +203,8 @@ struct WriteDoubtful {
 /// The capture misses frames between this one and those before. Precedes all else from this frame.
 struct CaptureGap {
   FrameRef frame;        ///< the first after the capture gap
-  bool certain = false;  ///< false: the master may as well have been silent
+  bool certain = false;  ///< false: the master may as well have been silent ...
+  bool skip = false;  ///< ... or, here, have skipped numbers: the indices skip, and both copies of all frames are there
 };
 
 /// Another run of the bus: what was measured and learned before does not apply to what follows. Precedes all else from

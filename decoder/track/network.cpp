@@ -42,7 +42,7 @@ void Network::OnTransaction(const bus::BusTransaction& transaction) {
       gaps_.OnOtherRecording(first);
       runs_.BeginRecording(first);
     } else {
-      gaps_.OnGap(first, transaction.gap == bus::GapBefore::kCertain);
+      gaps_.OnGap(first, transaction.gap);
     }
   }
   for (const wire::FrameView* copy : {transaction.sent, transaction.returned}) {

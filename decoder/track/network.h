@@ -62,6 +62,8 @@ class Network final : public bus::BusSink {
   [[nodiscard]] FrameNo last_gap() const { return gaps_.last(); }
   /// True when such a place follows frame `from`, up to frame `to`.
   [[nodiscard]] bool MayMissBetween(FrameNo from, FrameNo to) const { return gaps_.AnyBetween(from, to); }
+  /// The same without the places where only the numbers of the frames skip: what rests on these is inferred.
+  [[nodiscard]] bool MissesBetween(FrameNo from, FrameNo to) const { return gaps_.AnyButSkipsBetween(from, to); }
   /// Handing broadcasts to every slave has cost more than the frames allow for: the caller stops.
   [[nodiscard]] bool overworked() const { return states_.work().exceeded(); }
   /// Changes whenever any sync manager or FMMU may have changed, or a slave was added.

@@ -54,6 +54,7 @@ constexpr std::uint16_t kEventDlStatus = 0x0004;
 constexpr std::uint16_t kEventAlStatus = 0x0008;
 constexpr std::uint16_t kEepromBusy = 0x8000;
 constexpr std::uint16_t kEepromCommandMask = 0x0700;
+constexpr std::uint16_t kLinkOfPort1 = 0x0020;  // DL status
 
 void Merge(std::span<std::uint8_t> out, std::size_t at, std::uint8_t value, bool combine) {
   out[at] = static_cast<std::uint8_t>(combine ? out[at] | value : value);
@@ -301,7 +302,12 @@ void Esc::AfterWrite(std::uint16_t first, std::uint16_t last, const Passage& pas
   if (touches(reg::kReceiveTime, reg::kReceiveTime + 3)) {
     const std::int64_t in = clock_.Local(passage.arrival);
     StoreLe(memory_, reg::kReceiveTime, static_cast<std::uint32_t>(in & 0xFFFFFFFF));
-    const std::int64_t back = passage.back > passage.arrival ? clock_.Local(passage.back) : 0x66666F68;
+    constexpr TimeNs kPassedBefore = 2'600;
+    const bool open = (Word(reg::kDlStatus) & kLinkOfPort1) != 0;
+    const std::int64_t back = !open                            ? 0x66666F68
+                              : ports_swapped_                 ? clock_.Local(passage.arrival - kPassedBefore)
+                              : passage.back > passage.arrival ? clock_.Local(passage.back)
+                                                               : 0x66666F68;
     StoreLe(memory_, reg::kReceiveTime + 4, static_cast<std::uint32_t>(back & 0xFFFFFFFF));
     StoreLe(memory_, reg::kReceiveTime + 8, std::uint32_t{0x66666F68});
     StoreLe(memory_, reg::kReceiveTime + 12, std::uint32_t{0x66666F68});

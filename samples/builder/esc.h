@@ -133,6 +133,8 @@ class Esc {
 
   /// Physical link of a port; port 0 is towards the master. Losing it counts at 0x0310 + port.
   void SetLink(int port, bool up);
+  /// IN and OUT are swapped: the frame passes port 1 on its way out, and is processed when it comes back at port 0.
+  void SwapPorts() { ports_swapped_ = true; }
   /// Adds to an error counter, which stops at 255.
   void CountErrors(std::uint16_t address, int count);
 
@@ -184,6 +186,7 @@ class Esc {
   DcClock clock_;
   std::optional<TimeNs> al_control_written_;
   TimeNs eeprom_done_ = 0;
+  bool ports_swapped_ = false;
   std::array<std::uint8_t, 16> sm_activate_before_{};
 };
 

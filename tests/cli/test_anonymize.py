@@ -50,7 +50,7 @@ class Anonymize(CliTest):
         done = self.run_program("check", "--format", "json", "--fail-on", "never", capture)
         for slave in json.loads(done.out)["reports"][0]["slaves"]:
             serial = (slave.get("identity") or {}).get("serial") or 0
-            if serial > 0xFFFF:
+            if 0xFFFF < serial < 0xFFFFFFFF:  # the last one is a blank EEPROM
                 secrets.add(struct.pack("<I", serial))
             if slave.get("name"):
                 secrets.add(slave["name"].encode())
@@ -85,6 +85,26 @@ class Anonymize(CliTest):
                      "startup-ok-1slave-udp", "startup-ok-1slave-cooked", "foe-unsupported",
                      "garbage-flipped-startup-ok-1slave"):
             self.check_copy(SHARED / "captures" / "lab" / f"{name}.pcapng")
+
+    def eeprom(self, serial) -> Bus:
+        bus = Bus()
+        bus.exchange(7, 0, 0x0130, b"\0\0", b"\x01\0", 1)
+        for word, data in ((0x08, b"\xff" * 8), (0x0C, b"\xff" * 4 + serial)):
+            ask = struct.pack("<HI", 0x0100, word)
+            bus.exchange(5, 0x1001, 0x0502, ask, ask, 1)
+            bus.exchange(4, 0x1001, 0x0502, bytes(14), struct.pack("<HI", 0x0040, word) + data, 1)
+        return bus
+
+    def test_blank_serial_number(self):
+        # 0xFFFFFFFF is no number of a device, but a part of what "blank" needs. One other bit makes it a number.
+        blank = self.file("blank.pcap", self.eeprom(b"\xff" * 4).pcap())
+        copy = self.check_copy(blank)
+        self.assertEqual([rule for rule, *_ in self.facts(copy)], ["eeprom-invalid"])
+        self.assertIn(b"\xff" * 8, copy.read_bytes())
+        number = self.file("number.pcap", self.eeprom(b"\xff\xff\xff\x7f").pcap())
+        copy = self.check_copy(number)
+        self.assertIn(b"\xff" * 4 + bytes(4), copy.read_bytes())
+        self.assertNotIn(b"\xff\xff\xff\x7f", copy.read_bytes())
 
     def mailbox(self, protocol, payload, length=64) -> bytes:
         return (struct.pack("<HHBB", len(payload), 0, 0, protocol | 0x10) + payload).ljust(length, b"\0")

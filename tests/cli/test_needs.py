@@ -36,6 +36,16 @@ class Needs(unittest.TestCase):
         self.assertEqual(lines, sorted(set(lines)))
         self.assertEqual({pattern.split(".")[0] for _, pattern in lines}, {"cli", "laws", "unit"})
 
+    def test_what_is_left_out_on_a_system_is_a_test(self):
+        tests = all_tests()
+        lines = needs.left_out("windows")
+        for pattern in lines:
+            with self.subTest(pattern):
+                self.assertTrue(any(needs.fnmatch.fnmatchcase(name, f"cli.{pattern}") for name in tests))
+        pattern, why = next(iter(lines.items()))
+        self.assertEqual(needs.why_left_out(pattern, lines), why)
+        self.assertEqual(needs.why_left_out("Usage.test_unknown_command", lines), "")
+
     def test_only_what_is_named_may_skip(self):
         lines = needs.read("# why\nshared cli.Lab.*  # all\n\ntshark cli.Lab.test_compares\n")
         there, absent = pathlib.Path("/"), pathlib.Path("/nowhere-at-all")

@@ -586,6 +586,288 @@ class EsiRequirements(StartupTest):
         self.assertEqual([(d["kind"], d["status"]) for d in demands], [("init-command", "differs")])
 
 
+def fmmu(start, kind, active=1, length=6):
+    return struct.pack("<IHBBHBBBBH", 0x10000, length, 0, 7, start, 0, kind, active, 0, 0)
+
+
+class EsiBus(StartupBus):
+    """Does all that EsiOfEachKind.ESI requires, but for what a test changes. Each write is (register, bytes)."""
+
+    MAILBOX = (struct.pack("<HHBBBB", 0x1000, 16, 0x26, 0, 1, 0), struct.pack("<HHBBBB", 0x1400, 16, 0x22, 0, 1, 0))
+    OUTPUTS = struct.pack("<HHBBBB", 0x1800, 6, 0x64, 0, 1, 0)
+    INPUTS = struct.pack("<HHBBBB", 0x1C00, 6, 0x20, 0, 1, 0)
+    GOOD = {"sm0": (0x0800, MAILBOX[0]), "sm1": (0x0808, MAILBOX[1]), "sm2": (0x0810, OUTPUTS),
+            "sm3": (0x0818, INPUTS), "out": (0x0600, fmmu(0x1800, 2)), "in": (0x0610, fmmu(0x1C00, 1)),
+            "divider": (0x0400, b"\xe8\x03"), "watchdog": (0x0420, b"\xd0\x07"), "sync": (0x0980, b"\0\x03"),
+            "module": 0x11, "so": 1}
+
+    def run(self, waits=None, last=8, **changes):
+        """waits: seconds until the master gives up OP, which the slave does not reach."""
+        do = {**self.GOOD, **changes}
+        self.exchange(BWR, 0, 0x0101, b"\0", b"\0", 1)
+        self.exchange(APWR, 0, 0x0010, b"\x01\x10", b"\x01\x10", 1)
+        self.read(0x0130, bytes([1, 0]))
+        self.writes(do, "sm0", "sm1")
+        self.state(2)
+        if do["module"] is not None:
+            self.download(0xF030, 1, 0x10000 | do["module"])
+        self.writes(do, "sm2", "sm3", "out", "in", "divider", "watchdog", "sync")
+        if last >= 4:
+            self.state(4)
+        if do["so"] is not None:
+            self.download(0x2010, 1, do["so"])
+        if last >= 8:
+            self.state(8, 4 if waits else None)
+        for _ in range(5):
+            self.time_ns += int((waits or 0) * 0.2e9)
+            self.read(0x0130, bytes([4 if waits else last, 0]))
+        if waits:
+            self.write(0x0120, bytes([4, 0]))
+            self.read(0x0130, bytes([4, 0]))
+        return self
+
+    def writes(self, do, *names):
+        for name in names:
+            if do[name] is not None:
+                self.write(*do[name])
+
+
+class EsiOfEachKind(StartupTest):
+    # Written by hand after ETG.2000.
+    ESI = """<EtherCATInfo><Vendor><Id>106</Id><Name>Acme</Name></Vendor><Descriptions><Devices><Device Physics="YY">
+      <Type ProductCode="#x5E42" RevisionNo="1">AS</Type><Name>AS</Name>
+      <Info><StateMachine><Timeout><PreopTimeout>2000</PreopTimeout><SafeopOpTimeout>9000</SafeopOpTimeout></Timeout>
+      </StateMachine></Info>
+      <Fmmu>Outputs</Fmmu><Fmmu>Inputs</Fmmu>
+      <Sm StartAddress="#x1000" ControlByte="#x26" DefaultSize="16" Enable="1">MBoxOut</Sm>
+      <Sm StartAddress="#x1400" ControlByte="#x22" DefaultSize="16" Enable="1">MBoxIn</Sm>
+      <Sm StartAddress="#x1800" ControlByte="#x64" DefaultSize="6" Enable="1">Outputs</Sm>
+      <Sm StartAddress="#x1C00" ControlByte="#x20" DefaultSize="6" Enable="1">Inputs</Sm>
+      <Mailbox><CoE><InitCmd><Transition>SO</Transition><Index>#x2010</Index><SubIndex>1</SubIndex><Data>01</Data>
+      </InitCmd></CoE></Mailbox>
+      <Dc><OpMode><Name>DC</Name><AssignActivate>#x300</AssignActivate></OpMode></Dc>
+      <Slots DownloadModuleIdentList="1"/>
+      <ESC><Reg0400>1000</Reg0400><Reg0420>2000</Reg0420></ESC></Device></Devices>
+      <Modules><Module><Type ModuleIdent="#x10011">M</Type></Module></Modules></Descriptions></EtherCATInfo>"""
+
+    def demands(self, **changes):
+        """Of a start-up: what is not met, as (kind, status, what the capture shows)."""
+        path = self.file("device.esi.xml", self.ESI)
+        capture = self.file("esi.pcap", EsiBus().run(**changes).pcap())
+        done = self.run_program("startup", "--expect", path, "--format", "json", capture)
+        document = json.loads(done.out)
+        validate(document, SCHEMA)
+        rows = document["reports"][0]["slaves"][0]["esi_demands"]
+        unmet = [(d["kind"], d["status"], d["seen"]) for d in rows if d["status"] in ("missing", "differs")]
+        self.assertEqual(done.returncode, 1 if unmet else 0, done.err)
+        self.assertEqual(len(rows), 14)
+        return unmet
+
+    def test_all_met(self):
+        self.assertEqual(self.demands(), [])
+
+    def test_mailbox_sync_managers(self):
+        other = struct.pack("<HHBBBB", 0x1000, 16, 0x36, 0, 1, 0)
+        self.assertEqual(self.demands(sm0=(0x0800, other)),
+                         [("sync-manager", "differs", "start 0x1000, length 16, control 0x36")])
+        self.assertEqual(self.demands(sm1=None), [("sync-manager", "missing", None)])
+        # The downloads do not fill this mailbox, so only their answers are seen: their values are not known.
+        longer = struct.pack("<HHBBBB", 0x1000, 32, 0x26, 0, 1, 0)
+        self.assertEqual(self.demands(sm0=(0x0800, longer)),
+                         [("sync-manager", "differs", "start 0x1000, length 32, control 0x26")])
+
+    def test_sync_managers_of_process_data(self):
+        buffer = struct.pack("<HHBBBB", 0x1800, 6, 0x66, 0, 1, 0)
+        self.assertEqual(self.demands(sm2=(0x0810, buffer)),
+                         [("sync-manager", "differs", "start 0x1800, control 0x66")])
+        # Near miss: another PDO assigned, so another length.
+        longer = struct.pack("<HHBBBB", 0x1C00, 8, 0x20, 0, 1, 0)
+        self.assertEqual(self.demands(sm3=(0x0818, longer), **{"in": (0x0610, fmmu(0x1C00, 1, length=8))}), [])
+
+    def test_fmmus(self):
+        cases = {"elsewhere": (fmmu(0x1200, 2), "FMMU0 on 0x1200, 6 bytes, write only, outside the sync manager"),
+                 "direction": (fmmu(0x1800, 1), "FMMU0 on 0x1800, 6 bytes, read only"),
+                 "switched off": (fmmu(0x1800, 2, 0), "FMMU0 on 0x1800, 6 bytes, switched off")}
+        for name, (data, seen) in cases.items():
+            with self.subTest(name):
+                self.assertEqual(self.demands(out=(0x0600, data)), [("fmmu", "differs", seen)])
+        self.assertEqual(self.demands(**{"in": None}), [("fmmu", "missing", None)])
+
+    def test_fmmus_as_a_master_likes(self):
+        # Near misses: another number, one for both directions, in parts, the state of the mailbox beside it.
+        self.assertEqual(self.demands(out=(0x0620, fmmu(0x1800, 2))), [])
+        self.assertEqual(self.demands(out=(0x0600, fmmu(0x1800, 3))), [])
+        self.assertEqual(self.demands(out=(0x0600, fmmu(0x1800, 2, length=2) + fmmu(0x1802, 2, length=4)),
+                                      **{"in": (0x0620, fmmu(0x1C00, 1))}), [])
+        self.assertEqual(self.demands(**{"in": (0x0610, fmmu(0x080D, 1, length=1) + fmmu(0x1C00, 1))}), [])
+        # The state of the mailbox is not the inputs.
+        self.assertEqual(self.demands(**{"in": (0x0610, fmmu(0x080D, 1, length=1))}), [("fmmu", "missing", None)])
+
+    def test_watchdogs(self):
+        self.assertEqual(self.demands(watchdog=None), [("watchdog", "missing", None)])
+        self.assertEqual(self.demands(watchdog=(0x0420, b"\xe8\x03")), [("watchdog", "differs", "0x03e8")])
+        self.assertEqual(self.demands(divider=None), [("watchdog", "missing", None)])
+        self.assertEqual(self.demands(divider=(0x0400, b"\xc2\x09")), [("watchdog", "differs", "0x09c2")])
+
+    def test_activation(self):
+        self.assertEqual(self.demands(sync=(0x0980, b"\0\x07")), [("activation", "differs", "0x0700")])
+        self.assertEqual(self.demands(sync=None), [("activation", "missing", None)])
+        # Near miss: only the byte that matters is written.
+        self.assertEqual(self.demands(sync=(0x0981, b"\x03")), [])
+
+    def test_modules(self):
+        self.assertEqual(self.demands(module=None), [("modules", "missing", None)])
+        self.assertEqual(self.demands(module=0x12),
+                         [("modules", "differs", "module 0x10012, which the ESI does not list")])
+
+    def test_init_command_before_op(self):
+        self.assertEqual(self.demands(so=None), [("init-command", "missing", None)])
+        self.assertEqual(self.demands(so=2), [("init-command", "differs", "0x02")])
+        # Near miss: OP is not requested, so it is not due.
+        self.assertEqual(self.demands(so=None, last=4), [])
+
+    def test_wait(self):
+        [(kind, status, seen)] = self.demands(waits=2)
+        self.assertEqual((kind, status, seen[:14]), ("timeout", "differs", "given up after"))
+        self.assertEqual(self.demands(waits=10), [])
+
+    def test_alike_slaves_share_a_list(self):
+        esi = self.file("device.esi.xml", self.ESI)
+        bus = EsiBus()
+        slaves = [EsiBus().run(watchdog=None if n != 2 else EsiBus.GOOD["watchdog"]) for n in range(4)]
+        for position, slave in enumerate(slaves):
+            for time_ns, frame in slave.packets:
+                frame = bytearray(frame)
+                # Station addresses and positions count on; a broadcast is sent once for each.
+                if frame[16] in (4, 5):
+                    frame[18:20] = struct.pack("<H", 0x1001 + position)
+                elif frame[16] == 2:
+                    step = 1 if frame[6] & 2 else 0
+                    frame[18:20] = struct.pack("<H", (step * 4 - position) & 0xFFFF)
+                    frame[26] += position
+                elif frame[16] == 8 and frame[6] & 2:
+                    frame[18:20] = struct.pack("<H", 4)
+                bus.packets.append((time_ns + position * 1_000_000_000, bytes(frame)))
+        capture = self.file("alike.pcap", bus.pcap())
+        done = self.run_program("startup", "--expect", esi, capture)
+        self.assertEqual(done.returncode, 1, done.out)
+        self.assertEqual(done.out.count("Required by the ESI of"), 2, done.out)
+        self.assertIn("Required by the ESI of slaves 0-1, 3 (frames of slave 0)", done.out)
+        self.assertIn("Required by the ESI of slave 2\n", done.out)
+        self.assertEqual(done.err.count("register 0x0420"), 1, done.err)
+        self.assertRegex(done.err, r"slaves 0-1, 3: the ESI requires register 0x0420")
+
+
+class EsiOfOtherProtocols(StartupTest):
+    # Written by hand after ETG.2000: Mailbox/SoE, EoE and AoE with InitCmd.
+    AOE = struct.pack("<6sH6sHHHIII", bytes(6), 0x1001, bytes(6), 0x2000, 3, 4, 14, 0, 7) + \
+        struct.pack("<IIIH", 0x4020, 8, 2, 0x1234)
+    ESI = """<EtherCATInfo><Vendor><Id>106</Id><Name>Acme</Name></Vendor><Descriptions><Devices><Device Physics="YY">
+      <Type ProductCode="#x5E42" RevisionNo="1">AS</Type><Name>AS</Name><Mailbox>
+      <AoE><InitCmd><Transition>PS</Transition><Data>%s</Data></InitCmd></AoE>
+      <EoE><InitCmd><Transition>IP</Transition><Type>2</Type><Data>00</Data></InitCmd></EoE>
+      <SoE ChannelCount="2"><InitCmd Chn="1"><Transition>PS</Transition><IDN>32</IDN><Data>0B00</Data></InitCmd>
+      <InitCmd><Transition>SO</Transition><IDN>#x80C8</IDN><Data>0102030405</Data></InitCmd></SoE></Mailbox></Device>
+      </Devices></Descriptions></EtherCATInfo>""" % AOE.hex()
+    # drive, IDN, value
+    MODE, TEXT = (1, 32, b"\x0b\0"), (0, 0x80C8, bytes([1, 2, 3, 4, 5]))
+
+    def ask(self, bus, protocol, request, response):
+        bus.counter = bus.counter % 7 + 1
+        for address, payload, send in ((0x1000, request, bus.write), (0x1400, response, bus.read)):
+            if payload is not None:
+                head = struct.pack("<HHBB", len(payload), 0, 0, bus.counter << 4 | protocol)
+                send(address, (head + payload).ljust(64, b"\0"))
+
+    def soe(self, bus, write, error=None, elements=0x40):
+        if write is not None:
+            drive, idn, value = write
+            head = struct.pack("<BBH", 3 | drive << 5, elements, idn)
+            flag = 0 if error is None else 0x10
+            answer = struct.pack("<BBH", 4 | flag | drive << 5, elements, idn)
+            self.ask(bus, 5, head + value, answer + (b"" if error is None else struct.pack("<H", error)))
+
+    def capture(self, mode=MODE, text=TEXT, aoe=AOE, eoe=0, more=(), **how):
+        bus = StartupBus()
+        bus.exchange(BWR, 0, 0x0101, b"\0", b"\0", 1)
+        bus.exchange(APWR, 0, 0x0010, b"\x01\x10", b"\x01\x10", 1)
+        bus.read(0x0130, bytes([1, 0]))
+        bus.write(0x0800, struct.pack("<HHBBBB", 0x1000, 64, 0x26, 0, 1, 0))
+        bus.write(0x0808, struct.pack("<HHBBBB", 0x1400, 64, 0x22, 0, 1, 0))
+        bus.state(2)
+        if eoe is not None:
+            self.ask(bus, 2, struct.pack("<BBH", 2, 1, 0) + bytes(12), struct.pack("<BBH", 3, 1, eoe))
+        for write in more:
+            self.soe(bus, write)
+        self.soe(bus, mode, **how)
+        if aoe is not None:
+            answer = bytearray(aoe[:32])
+            answer[18:24] = struct.pack("<HI", 5, 4)
+            self.ask(bus, 1, aoe, bytes(answer) + bytes(4))
+        bus.state(4)
+        self.soe(bus, text)
+        bus.state(8)
+        for _ in range(5):
+            bus.read(0x0130, b"\x08\0")
+        return self.file("mailboxes.pcap", bus.pcap())
+
+    def demands(self, **changes):
+        esi = self.file("device.esi.xml", self.ESI)
+        done = self.run_program("startup", "--expect", esi, "--format", "json", self.capture(**changes))
+        document = json.loads(done.out)
+        validate(document, SCHEMA)
+        rows = document["reports"][0]["slaves"][0]["esi_demands"]
+        self.assertEqual([d["kind"] for d in rows], ["init-command"] * 4)
+        open_ones = [(d["what"], d["status"], d["seen"]) for d in rows if d["status"] != "met"]
+        unmet = any(status in ("missing", "differs") for _, status, _ in open_ones)
+        self.assertEqual(done.returncode, 1 if unmet else 0, done.err)
+        return open_ones
+
+    def test_all_met(self):
+        self.assertEqual(self.demands(), [])
+        text = self.startup("--expect", self.file("device.esi.xml", self.ESI), self.capture()).out
+        for line in (r"SoE write of S-0-0032, drive 1 \(PS\) = 11 \(0x000b\)", r"EoE set IP request \(IP\) \(#",
+                     r"AoE write \(PS\) \(#", r"SoE write of P-0-0200 \(SO\) = 0102030405"):
+            self.assertRegex(text, "done +" + line)
+
+    def test_soe(self):
+        what = "SoE write of S-0-0032, drive 1 (PS)"
+        self.assertEqual(self.demands(mode=None), [(what, "missing", None)])
+        self.assertEqual(self.demands(mode=(1, 32, b"\x03\0")), [(what, "differs", "3 (0x0003)")])
+        # The other drive of the same slave; the name of the parameter instead of its value.
+        self.assertEqual(self.demands(mode=(0, 32, b"\x0b\0")), [(what, "missing", None)])
+        self.assertEqual(self.demands(elements=0x02), [(what, "missing", None)])
+        self.assertEqual(self.demands(error=0x7002), [(what, "differs", "an error of the slave, 0x7002")])
+        # Near misses: the last value counts, and without a channel in the ESI any drive may have the parameter.
+        self.assertEqual(self.demands(more=[(1, 32, b"\x03\0")]), [])
+        self.assertEqual(self.demands(text=(1, *self.TEXT[1:])), [])
+
+    def test_eoe(self):
+        what = "EoE set IP request (IP)"
+        self.assertEqual(self.demands(eoe=None), [(what, "missing", None)])
+        self.assertEqual(self.demands(eoe=0x0201), [(what, "differs", "an error of the slave, 0x0201")])
+
+    def test_aoe(self):
+        what = "AoE write (PS)"
+        self.assertEqual(self.demands(aoe=None), [(what, "missing", None)])
+        # Another access may be the one that is meant, with other addresses.
+        self.assertEqual(self.demands(aoe=self.AOE[:-1] + b"\x13"), [(what, "unknown", None)])
+
+    def test_hostile_files(self):
+        capture = self.capture()
+        for old, new, message in (("<IDN>32<", "<IDN>65536<", "65536"), ('Chn="1"', 'Chn="-1"', "-1"),
+                                  ("<Data>0B00<", "<Data>0B0<", "hexadecimal"), ("<Type>2<", "<Type>x<", "x")):
+            esi = self.file("bad.esi.xml", self.ESI.replace(old, new))
+            self.assertIn(message, self.one_error("startup", "--expect", esi, capture))
+        # An AMS header that announces more than there is, or is cut, is no message to compare with.
+        announced = bytearray(self.AOE)
+        announced[20:24] = b"\xff" * 4
+        for data in (announced, self.AOE[:31], b""):
+            esi = self.file("cut.esi.xml", self.ESI.replace(self.AOE.hex(), bytes(data).hex()))
+            out = self.startup("--expect", esi, capture).out
+            self.assertRegex(out, r"unknown +AoE message \(PS\)")
+
+
 class Diff(StartupTest):
     def diff(self, a, b, *arguments, status=1):
         done = self.run_program("diff", *arguments, a, b)
@@ -623,9 +905,10 @@ class Diff(StartupTest):
             lead = out.split("SAFEOP refused with 0x0017: what it is about, the likeliest reason first\n")[1]
             lead, rest = lead.split("\n\n", 1)
             headings = [line for line in lead.splitlines() if line.startswith("  slave")]
-            self.assertEqual(len(headings), 2, lead)
-            self.assertIn("write of SM2", headings[0])
-            self.assertIn("download of 1C12h:0", headings[1])
+            self.assertEqual(len(headings), 3, lead)
+            self.assertIn("pdo-unsupported", headings[0])  # the refusal follows from this finding
+            self.assertIn("write of SM2", headings[1])
+            self.assertIn("download of 1C12h:0", headings[2])
             self.assertRegex(rest, r"\n\d+ further differences not shown; --all shows them\n")
             self.assertNotIn("What else", out)
 
@@ -645,7 +928,7 @@ class Diff(StartupTest):
                                         "--format", "json").out)
         validate(document, DIFF_SCHEMA)
         self.assertEqual(document["failed"], "SAFEOP refused with 0x0017")
-        self.assertEqual([d["relevant"] for d in document["differences"] if d["relevant"]], [True, True])
+        self.assertEqual([d["relevant"] for d in document["differences"] if d["relevant"]], [True] * 3)
         self.assertGreater(len(document["differences"]), 10)
 
     def test_without_a_refusal_nothing_is_folded(self):

@@ -56,6 +56,8 @@ constexpr KnownCase kKnown[] = {
      "around the request three packets are gone: what stands behind the hole is told, not the refusal"},
     {"unexpected-error-unread.pcapng", "al-refused",
      "every look at the state in which it was OP is gone: the drive seems to have refused the last request"},
+    {"position-and-station-falls.pcapng", "al-error-standing",
+     "the only look at the state in which it was OP is gone: the error that stands is reported, not the change"},
     {"pdo-odd-mapping.pcapng", "pdo-assign-order",
      "the answer to the download of subindex 0 is gone; that its request was taken is not concluded yet"},
 };

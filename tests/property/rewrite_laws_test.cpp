@@ -63,9 +63,11 @@ std::string Difference(const Verdict& before, const Verdict& after, Keeps keeps)
   };
   for (const auto& [key, count] : before.findings) {
     const auto found = after.findings.find(key);
-    if (keeps == Keeps::kSaid && found == after.findings.end() && after.not_evaluable.contains(std::get<0>(key))) {
+    const bool may_be_said = keeps == Keeps::kSaid || keeps == Keeps::kRules;
+    if (may_be_said && found == after.findings.end() && after.not_evaluable.contains(std::get<0>(key))) {
       continue;
     }
+    if (keeps == Keeps::kRules && found != after.findings.end()) continue;
     if (found == after.findings.end() || found->second != count)
       line(key, count, found == after.findings.end() ? 0 : found->second);
   }

@@ -1,6 +1,7 @@
 #include "tests/property/rewrites.h"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <unordered_map>
 #include <utility>
@@ -119,6 +120,32 @@ Result InStepsOfSeven(const WireCapture& c) {
 }
 Result WithoutOrder(const WireCapture& c) {
   return Numbered(c, [](const Place& p, std::uint32_t) { return Scramble(p.number); });
+}
+
+/// The master leaves out numbers before these frames: shares of a hundred of all frames. Only where both copies of all
+/// frames are there nothing else shows that frames are missing.
+template <std::size_t kCount>
+Result LeavesOut(const WireCapture& capture, std::uint32_t numbers, const std::array<std::uint32_t, kCount>& before) {
+  if (capture.cut) return std::nullopt;
+  NumberedPackets numbered = NumberFrames(capture.packets);
+  std::unordered_map<std::uint32_t, std::uint32_t> copies;
+  for (const std::uint32_t frame : numbered.frames) {
+    if (frame != kNoFrame) ++copies[frame];
+  }
+  const bool whole = std::all_of(copies.begin(), copies.end(), [](const auto& frame) { return frame.second == 2; });
+  if (!numbered.all_known || !whole) return std::nullopt;
+  const auto frames = static_cast<std::uint32_t>(copies.size());
+  return Renumber(std::move(numbered), [&](const Place& p, std::uint32_t) {
+    std::uint32_t left_out = 0;
+    for (const std::uint32_t share : before) left_out += p.number >= frames * share / 100 ? numbers : 0;
+    return p.number + left_out;
+  });
+}
+Result LeavesOutFiveOnce(const WireCapture& c) {
+  return LeavesOut(c, 5, std::array{40U});
+}
+Result LeavesOutSixtyFourThrice(const WireCapture& c) {
+  return LeavesOut(c, 64, std::array{30U, 55U, 80U});
 }
 
 // ---------------------------------------------------------------------------------------------- padding
@@ -411,6 +438,8 @@ constexpr RewriteLaw kLaws[] = {
     {"two counters", TwoCounters, Keeps::kAll, true},
     {"in steps of seven", InStepsOfSeven, Keeps::kAll, true},
     {"without order", WithoutOrder, Keeps::kSaid, true},
+    {"leaves out five numbers", LeavesOutFiveOnce, Keeps::kRules, true},
+    {"leaves out 64 numbers, thrice", LeavesOutSixtyFourThrice, Keeps::kRules, true},
     {"padded to even", PaddedToEven},
     {"padded to 28", PaddedTo28},
     {"padded to 60", PaddedTo60},

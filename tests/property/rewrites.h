@@ -16,6 +16,7 @@ namespace ecaudit::test {
 enum class Keeps : std::uint8_t {
   kAll,     ///< nothing
   kFrames,  ///< how many frames there are, and so how many were lost or came back twice
+  kRules,   ///< how often a rule fired: where frames may be missing it is left out, and the report says so
   kSaid,    ///< what only numbers show may go, if the report says so: that a pause was none of the capture's
 };
 

@@ -2,7 +2,8 @@
 import fnmatch
 import pathlib
 
-FILE = pathlib.Path(__file__).resolve().parents[1] / "needs.txt"
+TESTS = pathlib.Path(__file__).resolve().parents[1]
+FILE = TESTS / "needs.txt"
 
 
 def read(text: str) -> list:
@@ -26,3 +27,15 @@ def problem_of_skip(test: str, needs: list, shared: pathlib.Path) -> str:
     if set(own) == {"shared"} and shared.exists():
         return f"{test} skips although {shared} is there"
     return ""
+
+
+def left_out(system: str | None) -> dict:
+    """The tests that cannot run on a system, and why: tests/SYSTEM/skipped.txt, "SUITE.NAME  reason", `*` as above."""
+    if not system:
+        return {}
+    lines = (TESTS / system / "skipped.txt").read_text().splitlines()
+    return dict(line.split(maxsplit=1) for line in lines if line and not line.startswith("#"))
+
+
+def why_left_out(test: str, patterns: dict) -> str:
+    return next((why for pattern, why in patterns.items() if fnmatch.fnmatchcase(test, pattern)), "")

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/al_text.h"
+#include "decoder/mailbox/events.h"
 
 namespace ecaudit::al_timeout {
 namespace {
@@ -65,7 +67,14 @@ constexpr NoteKind kNotDescribed{
 };
 
 constexpr const FindingKind* kKinds[] = {&kNotReached, &kGivenUp, &kNotReachedOnBus, &kGivenUpOnBus};
-constexpr const NoteKind* kNotes[] = {&kNotDescribed, &kEsiDemandUnmet, &kFurtherEsiDemands};
+constexpr NoteKind kHangs{
+    .name = "does-not-run",
+    .text =
+        R"(The slave did not read the request of {mailbox_frame} from its mailbox either, and answered none since: its
+application does not run, or hangs.)",
+};
+
+constexpr const NoteKind* kNotes[] = {&kNotDescribed, &kHangs, &kEsiDemandUnmet, &kFurtherEsiDemands};
 
 constexpr Word kEni{"eni", "the ENI"};
 constexpr Word kEsi{"esi", "the ESI of the slave"};
@@ -73,7 +82,7 @@ constexpr Word kReadAfterLimit{"al-status-after-limit", "a read of AL Status aft
 constexpr Word kWaitForState{"wait-for-state", "the wait for the requested state"};
 
 // It asks what explains the request.
-constexpr std::string_view kAfter[] = {"al-invalid-request"};
+constexpr std::string_view kAfter[] = {"al-invalid-request", "mailbox-no-response"};
 
 constexpr RuleInfo kInfo{.id = "al-timeout",
                          .group = "AL state machine",
@@ -104,6 +113,7 @@ AL Status is read and still shows the old state after the limit.
 - A master that stops reading before the limit gives no finding.
 - A master that requests a lower state instead gave up. That is a warning, if it waited 0.2 s and read three times. With
   an ESI (--esi) the finding compares this wait with the time that the ESI allows.
+- A request that the slave leaves in its mailbox, without an answer since, shows that its application does not run.
 - With an ESI, the finding lists what the ESI requires before this request and the start-up does not meet.
 - A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for.
 - After a long pause without frames, or if the clock was set, the wait counts from the next read on.
@@ -125,6 +135,8 @@ class AlTimeout final : public Rule {
     Subscribe<model::AlRequestJudged>(&AlTimeout::On);
     Subscribe<model::BusAlOverdue>(&AlTimeout::On);
     Subscribe<model::AlGivenUp>(&AlTimeout::On);
+    Subscribe<mailbox::MailboxAnswered>(&AlTimeout::On);
+    Subscribe<mailbox::MailboxUnanswered>(&AlTimeout::On);
   }
 
   void On(const model::AlOverdue& e) {
@@ -185,9 +197,19 @@ class AlTimeout final : public Rule {
       NotEvaluable(e.slave, ReasonCode::kNoStamps, e.request.frame.number);
     }
   }
+  void On(const mailbox::MailboxAnswered& e) {
+    mail_[e.slave].answered = std::max(mail_[e.slave].answered, e.answer.number);
+  }
+  void On(const mailbox::MailboxUnanswered& e) {
+    Mail& mail = mail_[e.slave];
+    if (e.not_accepted && mail.unread == 0) mail.unread = e.request.frame.number;
+  }
   void Finish() override {
     NotEvaluableWhereRequestsAreNotFollowed();
-    for (const auto& [index, request] : reported_) (void)AddEsiDemands(context(), request, context().store[index]);
+    for (const auto& [index, request] : reported_) {
+      (void)AddEsiDemands(context(), request, context().store[index]);
+      NameHang(index, request);
+    }
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       const model::AlMachine& al = context().slave(id).al;
@@ -203,6 +225,24 @@ class AlTimeout final : public Rule {
  private:
   static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 63U;
   static constexpr std::uint64_t kOfGivenUp = std::uint64_t{1} << 62U;
+
+  /// A slave whose mailbox stays full as well: its application serves neither.
+  void NameHang(FindingIndex index, const UnfollowedRequest& request) {
+    const auto mail = mail_.find(request.slave);
+    if (mail == mail_.end() || mail->second.unread == 0) return;
+    Finding& finding = context().store[index];
+    const FrameNo unread = mail->second.unread;
+    if (unread > finding.first.number || mail->second.answered > unread) return;
+    finding.Add(kHangs, {{"mailbox_frame", arg::Frame(unread)}});
+    AddRelated(finding, unread);
+    if (finding.caused_by != kNoFinding) return;
+    for (FindingIndex i = 0; i < context().store.findings().size(); ++i) {
+      const Finding& other = context().store[i];
+      if (other.rule != "mailbox-no-response" || other.slave != request.slave || other.first.number != unread) continue;
+      finding.caused_by = i;
+      return;
+    }
+  }
 
   static void SetRequest(Finding& finding, const model::AlRequestRecord& request) {
     finding.Set("requested", arg::State(request.control.state()))
@@ -246,6 +286,11 @@ class AlTimeout final : public Rule {
     return slave.profile->esi && gives(slave.profile->esi->timeouts) ? &kEsi : nullptr;
   }
 
+  struct Mail {
+    FrameNo unread = 0;    ///< the first request that stays in the mailbox of the slave
+    FrameNo answered = 0;  ///< the last answer
+  };
+  std::map<SlaveId, Mail> mail_;
   std::map<FindingIndex, UnfollowedRequest> reported_;
 };
 

@@ -152,8 +152,14 @@ class BusSecondMaster final : public Rule {
       return;
     }
     if (!bus::AnyWorkingCounter(e.frame)) return;
+    // The first answers may be those of the bus of another interface, which is not evaluated.
+    const bool foreign = e.direction == bus::Direction::kForeign;
+    if (first_is_foreign_ && !foreign && second_ == nullptr && e.frame.interface_index() != first_interface_) {
+      first_mac_ = kNoSender;
+    }
     if (first_mac_ == kNoSender) {
       first_mac_ = mac;
+      first_is_foreign_ = foreign;
       first_interface_ = e.frame.interface_index();
       last_of_first_ = e.frame.ref();
       return;
@@ -297,6 +303,7 @@ class BusSecondMaster final : public Rule {
   FrameRef last_turn_;
   FindingIndex same_card_ = kNoFinding;
   std::uint64_t first_mac_ = kNoSender;
+  bool first_is_foreign_ = false;
   std::uint16_t first_interface_ = 0;
   FrameRef last_of_first_, before_second_;
   std::uint64_t sent_by_ = kNoSender;  ///< of the last outbound frame: its sender, ...

@@ -23,13 +23,15 @@ namespace {
 
 constexpr FindingKind kBlank{
     .name = "blank",
-    .title = "EEPROM is blank: all {words} that the master read are 0xFFFF",
+    .title = "EEPROM is blank: all {words} that the master read are {blank_word}",
     .message =
-        R"(The master read {words} of the EEPROM from {first_frame} to {frame}, and all of them are 0xFFFF.[ The status
-0x0502 shows in {error_frame}: {errors}.][{?not_operational} DL Status (0x0110) bit 0 is 0: the slave controller has loaded no
-EEPROM.] Without the EEPROM the slave controller has no configuration and no interface to its processor, so the slave
+        R"(The master read {words} of the EEPROM from {first_frame} to {frame}, and all of them are {blank_word}.[ The
+status 0x0502 shows in {error_frame}: {errors}.][{?not_operational} DL Status (0x0110) bit 0 is 0: the slave controller has
+loaded no EEPROM.] Without the EEPROM the slave controller has no configuration and no interface to its processor, so the slave
 cannot leave INIT.)",
-    .next = "Write the EEPROM image of the device (from its ESI file), then switch the slave off and on."};
+    .next =
+        R"(Write the EEPROM image of the device (from its ESI file), then switch the slave off and on.[{?zeros} If the words
+are still 0, check the chip and its wiring.])"};
 
 constexpr FindingKind kBusy{
     .name = "stays-busy",
@@ -100,7 +102,7 @@ constexpr RuleInfo kInfo{.id = "eeprom-invalid",
 ## What it checks
 Whether the EEPROM of a slave can be what the device needs:
 
-- blank: all words that were read are 0xFFFF
+- blank: all words that were read are 0xFFFF, or all are 0
 - busy: the status 0x0502 stays busy (bit 15), and no word was read
 - not loaded: the status 0x0502 shows a checksum error (bit 11) or a configuration that is not loaded (bit 12)
 - a wrong checksum in word 7
@@ -152,7 +154,11 @@ class EepromInvalid final : public Rule {
     Slave& slave = slaves_[e.slave];
     if (!slave.first.seen()) slave.first = e.command.seen() ? e.command : e.frame;
     slave.last = e.frame;
-    slave.blank = slave.blank && std::all_of(e.words.begin(), e.words.end(), [](auto word) { return word == 0xFFFF; });
+    const auto all = [&](unsigned value) {
+      return std::all_of(e.words.begin(), e.words.end(), [value](auto word) { return word == value; });
+    };
+    slave.blank = slave.blank && all(0xFFFF);
+    slave.zeros = slave.zeros && all(0);
   }
   void On(const track::SlaveAccess& e) {
     const ByteSpan status = e.Covered(e.read, esc::kEepromControl, 2);
@@ -197,7 +203,8 @@ class EepromInvalid final : public Rule {
     FrameRef first, last;        ///< of the reads
     std::size_t busy_reads = 0;  ///< of the status, without one that is not busy
     FrameRef busy_since, busy_until;
-    bool blank = true;
+    bool blank = true;         ///< all words that were read are 0xFFFF
+    bool zeros = true;         ///< likewise 0
     std::uint16_t errors = 0;  ///< EepromErrorBit, as shown last
     FrameRef error;
     bool written = false;
@@ -220,9 +227,12 @@ class EepromInvalid final : public Rule {
           .Set("polls", arg::Count(slave.busy_reads, "read"))
           .Set("emulated", arg::Flag(emulated));
       AddRelated(*finding, slave.busy_since.number);
-    } else if (slave.blank && slave.last.seen() && identity_known) {
+    } else if ((slave.blank || slave.zeros) && slave.last.seen() && identity_known) {
       finding = Found(kBlank, id, slave.last);
-      finding->Set("words", arg::Count(image.KnownWords(), "word")).Set("first_frame", arg::Frame(slave.first.number));
+      finding->Set("words", arg::Count(image.KnownWords(), "word"))
+          .Set("first_frame", arg::Frame(slave.first.number))
+          .Set("blank_word", arg::Hex(slave.zeros ? 0U : 0xFFFFU))
+          .Set("zeros", arg::Flag(slave.zeros));
       AddRelated(*finding, slave.first.number);
       if (slave.errors != 0) finding->Set("error_frame", arg::Frame(slave.error.number));
     } else if (slave.blank && slave.last.seen() && slave.errors == 0) {

@@ -22,15 +22,17 @@ namespace {
 constexpr FindingKind kProcessData{
     .name = "process-data",
     .title = R"({command} working counter {working_counter} instead of [{!expected_most}at least
-{expected_least}][[{?as_range}{expected_least} to ]{expected_most}])",
+{expected_least}][[{?as_range}{expected_least} to ]{expected_most}][{!missing}[{?no_inputs}: one slave delivers no
+inputs]])",
     .message = R"({command} of {length} at logical address {logical_address} returned in {frame} with
 working counter {working_counter}. Expected [{!expected_most}at least {expected_least}][[{?as_range}{expected_least} to
 ]{expected_most}][, by the FMMUs of the slaves: {shares}].[{!shares} No slave has an FMMU for this address.])",
     .next = R"([{?outputs_of}Check the AL status of {outputs_of} and the sync manager of its
 outputs[ (SM{sync_manager})].][{?inputs_of}Check the AL status of {inputs_of} and the sync manager of its
 inputs[ (SM{sync_manager})].][{!outputs_of}[{!inputs_of}[{?missing}Check AL status, power and cable of
-{missing}.][{!missing}[{?more_counted}Check which slaves have FMMUs for this address.][{!more_counted}Check AL status and
-power of the slaves.]]]])",
+{missing}.][{!missing}[{?more_counted}Check which slaves have FMMUs for this address.][{!more_counted}[{?no_inputs}Find
+the slave whose inputs never change, and check that its application (processor) runs.][{!no_inputs}Check AL status and
+power of the slaves.]]]]])",
     .identity = "command"};
 constexpr FindingKind kDropped{
     .name = "process-data-dropped",
@@ -65,10 +67,15 @@ constexpr FindingKind kSeveralAnswer{
 constexpr FindingKind kNoSlaveThere{
     .name = "no-slave",
     .title = "No slave answers at station address {station_address}",
-    .message = R"(FPRD of register {register} at station address {station_address} returned with working counter 0
+    .message =
+        R"([{?assigned}The master accesses station address {station_address} {accesses} from {frame} to {last_frame},
+first register {register}, and the working counter is always 0. It assigned other addresses in the capture, but not this
+one.][{!assigned}FPRD of register {register} at station address {station_address} returned with working counter 0
 from {frame} to {last_frame}. Other slaves answered at their addresses. The capture begins after the start-up, so the master
-found this slave before. It has lost power, its link or its address since then.)",
-    .next = "Check the power of this slave and the cable to it.",
+found this slave before. It has lost power, its link or its address since then.])",
+    .next =
+        "[{?assigned}Compare the station addresses in the configuration of the master with those that it assigns "
+        "(0x0010).][{!assigned}Check the power of this slave and the cable to it.]",
     .identity = "station_address"};
 constexpr const FindingKind* kKinds[] = {&kProcessData, &kDropped,       &kBroadcast,
                                          &kNoAnswer,    &kSeveralAnswer, &kNoSlaveThere};
@@ -86,7 +93,8 @@ constexpr NoteKind kInputsMissing{.name = "inputs-missing",
                                   .text = "The inputs of {slave} are missing: it does not deliver them."};
 constexpr NoteKind kShareMissing{.name = "share-missing", .text = "The share of {slave} is missing."};
 constexpr NoteKind kSeveralFit{.name = "several-fit",
-                               .text = "The difference of {difference} fits the shares of several slaves."};
+                               .text = R"(The difference of {difference} fits the shares of several
+slaves.[{?inputs} One is what a slave counts for its inputs. It does not count while its application has written none.])"};
 constexpr NoteKind kFitsSlaveThatLeftState{
     .name = "fits-slave-that-left-state",
     .text = "The difference of {difference} fits the share of {slave}, which left its AL state."};
@@ -159,6 +167,9 @@ count. Outside that range the rule fires, and names the slaves whose share is mi
 - In a mid-run capture, an address that the master reads for at least half a second and that never answers, while others
   do, is an inferred warning.
 
+- A station address that the master did not assign, though it assigned others, is an error after at least 10 accesses
+  in at least 1 s. All return with working counter 0.
+
 ## Example
 samples/captures/wkc-link-break.pcapng
 
@@ -227,6 +238,9 @@ class WkcMismatch final : public Rule {
     }
     const FindingIndex index = Report(key, std::move(finding));
     AddSubject(index, expected, e, range.most);
+    if (index != kNoFinding && all_known && AreInputs(e, range.most - e.wkc)) {
+      context().store[index].Set("no_inputs", arg::Flag());
+    }
     for (Episode& episode : episodes_) {
       if (episode.key != key) continue;
       episode.finding = index;
@@ -244,6 +258,7 @@ class WkcMismatch final : public Rule {
       EvaluateBroadcastRead(e);
     } else {
       EvaluateAddressedRead(e);
+      AddUnassigned(e);
     }
   }
 
@@ -252,12 +267,16 @@ class WkcMismatch final : public Rule {
     ForgetHabits();
     if (!e.broadcast) numbering_ = false;
   }
-  void On(const track::AddressAssigned&) { numbering_ = assigned_ = true; }
+  void On(const track::AddressAssigned&) {
+    numbering_ = assigned_ = true;
+    unassigned_.clear();
+  }
   void On(const track::SlaveFound&) { ForgetHabits(); }
 
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
     for (const auto& [station, reads] : unanswered_) ReportNoSlave(station, reads);
+    for (const auto& [station, accesses] : unassigned_) ReportUnassigned(station, accesses);
     for (const Episode& episode : episodes_) NameMissing(episode);
     NameDropped();
     // The missing share of a slave that left the bus or its state is a consequence of that.
@@ -764,7 +783,43 @@ class WkcMismatch final : public Rule {
   struct Unanswered {
     FrameRef first, last;
     EscAddress address = 0;
+    std::uint64_t accesses = 0;
   };
+
+  /// Accesses to a station address that the master did not assign, after it assigned others.
+  void AddUnassigned(const track::Answered& e) {
+    constexpr EscAddress kMailboxes = 0x1000;
+    const bool configured =
+        e.command == wire::Command::FPRD || e.command == wire::Command::FPWR || e.command == wire::Command::FPRW;
+    if (!assigned_ || !configured || e.slave != kNoSlave || e.address >= kMailboxes) return;
+    if (e.wkc != 0) {
+      unassigned_.erase(e.adp);
+      return;
+    }
+    constexpr std::size_t kMost = 64;
+    if (unassigned_.size() == kMost && !unassigned_.contains(e.adp)) return;
+    Unanswered& accesses = unassigned_[e.adp];
+    if (accesses.accesses++ == 0) {
+      accesses.first = e.returned;
+      accesses.address = e.address;
+    }
+    accesses.last = e.returned;
+  }
+  void ReportUnassigned(std::uint16_t station, const Unanswered& accesses) {
+    constexpr TimeNs kLong = 1'000'000'000;
+    constexpr std::uint64_t kEnough = 10;
+    if (accesses.accesses < kEnough || !accesses.first.has_time || !accesses.last.has_time) return;
+    if (Elapsed(accesses.first.time, accesses.last.time) < kLong) return;
+    Finding finding = Found(kNoSlaveThere, kNoSlave, accesses.first);
+    finding.last = accesses.last;
+    finding.Set("working_counter", arg::Number(0))
+        .Set("expected", arg::Number(1))
+        .Set("station_address", arg::Hex(station))
+        .Set("register", arg::Hex(accesses.address))
+        .Set("accesses", arg::Count(accesses.accesses, "time"))
+        .Set("assigned", arg::Flag());
+    Report(0x2000000000000000ULL | station, Severity::kError, std::move(finding));
+  }
 
   void AddUnanswered(const track::Answered& e) {
     constexpr std::size_t kMost = 64;
@@ -873,12 +928,21 @@ class WkcMismatch final : public Rule {
     return found;
   }
 
+  /// One is what a slave counts for inputs; for outputs it counts two.
+  static bool AreInputs(const track::LogicalAccess& e, int missing) {
+    return e.command == wire::Command::LRW && missing == 1;
+  }
+
   [[nodiscard]] Note HintOf(const model::LogicalExpectation& expected, const track::LogicalAccess& e,
                             const model::CounterRange& range) const {
     if (e.wkc > range.most) return {&kMoreCounted, {}};
     const int missing = range.most - e.wkc;
     const SlaveId one = OnlyCandidate(expected, e, range);
-    if (one == kNoSlave) return {&kSeveralFit, {{"difference", arg::Number(missing)}}};
+    if (one == kNoSlave) {
+      Note note{&kSeveralFit, {{"difference", arg::Number(missing)}}};
+      if (AreInputs(e, missing)) note.arguments.Set("inputs", arg::Flag());
+      return note;
+    }
     for (const model::LogicalShare& share : expected.shares) {
       if (share.slave != one || model::WorthOf(share, e.command) == missing) continue;
       Note note{missing == 2 ? &kOutputsMissing : &kInputsMissing, {{"slave", SlaveValue(one)}}};
@@ -898,7 +962,7 @@ class WkcMismatch final : public Rule {
   bool more_reported_ = false;
   std::uint64_t mapped_version_ = 0;
   bool any_mapped_ = false;
-  std::map<std::uint16_t, Unanswered> unanswered_;
+  std::map<std::uint16_t, Unanswered> unanswered_, unassigned_;
   bool answered_ = false;   ///< a slave answered at its own address
   bool assigned_ = false;   ///< station addresses were assigned in the capture
   bool numbering_ = false;  ///< station addresses were assigned and not used yet

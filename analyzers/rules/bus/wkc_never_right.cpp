@@ -1,5 +1,6 @@
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "analyzers/judge/rule.h"
@@ -33,7 +34,19 @@ constexpr FindingKind kNever{
     .next = "Check direction and physical address of the FMMU, and the sync manager of the {direction}.",
     .identity = "direction"};
 
-constexpr const FindingKind* kKinds[] = {&kNoLrw, &kNever};
+constexpr FindingKind kNone{
+    .name = "none-counts",
+    .title = "No slave counts in process data: working counter 0 in {frames}",
+    .message =
+        R"(From {frame} to {last_frame} the master sends {frames} with logical addresses, the last by {command}. All of
+them return with working counter 0. AL Status shows {witness} in {state}. So no active FMMU of any slave maps these
+addresses, or no sync manager is enabled.)",
+    .next =
+        R"(Read the FMMUs (0x0600) and sync managers (0x0800) of the slaves, and compare the logical addresses. Capture
+the start-up.)",
+    .identity = ""};
+
+constexpr const FindingKind* kKinds[] = {&kNoLrw, &kNever, &kNone};
 
 constexpr RuleInfo kInfo{.id = "wkc-never-right",
                          .group = "Frame and bus",
@@ -61,6 +74,9 @@ The finding needs all of these:
 - From then on, the working counters of at least 20 datagrams show that the slave did not count.
 - No working counter shows that it did. If OP was not requested, this holds for the whole capture.
 
+A warning of the bus (`none-counts`) needs no FMMU: at least 20 datagrams with logical addresses over 250 ms, all with
+working counter 0, while AL Status shows a slave in SAFEOP or OP.
+
 In SAFEOP without such a request the finding is a warning. The reason is the use of LRW if the datagrams are LRW and
 bit 9 of the ESC features (0x0008) is 1.
 
@@ -80,6 +96,7 @@ class WkcNeverRight final : public Rule {
   WkcNeverRight() : Rule(kInfo) {
     Subscribe<model::AlRequestJudged>(&WkcNeverRight::On);
     Subscribe<model::ProcessCycle>(&WkcNeverRight::On);
+    Subscribe<track::LogicalAccess>(&WkcNeverRight::On);
   }
 
   void On(const model::AlRequestJudged& e) {
@@ -103,8 +120,8 @@ class WkcNeverRight final : public Rule {
     const bool exchanges = in_op || (!outputs && model.al.SettledIn(esc::AlState::SAFEOP));
     auto slave = slaves_.find(cycle.part.slave);
     if (slave == slaves_.end()) {
-      // Neither before: it has not lost what it had.
-      if (!exchanges || model.inputs.exchanged + model.outputs.exchanged > 0) return;
+      // Not before either: it has not lost what it had.
+      if (!exchanges || (outputs ? model.outputs : model.inputs).exchanged > 0) return;
       slave = slaves_.try_emplace(cycle.part.slave).first;
     }
     if (!slave->second.request.seen()) {
@@ -118,9 +135,20 @@ class WkcNeverRight final : public Rule {
     ++missed.count;
   }
 
+  void On(const track::LogicalAccess& e) {
+    if (e.assumed || !e.returned.seen()) return;
+    if (e.wkc != 0) counted_ = true;
+    if (counted_ || !FindWitness()) return;
+    if (!none_.first.seen()) none_.first = e.returned;
+    none_.last = e.returned;
+    none_.command = e.command;
+    ++none_.count;
+  }
+
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
     for (const auto& [id, watched] : slaves_) Evaluate(id, watched);
+    EvaluateBus();
   }
 
  private:
@@ -166,9 +194,48 @@ class WkcNeverRight final : public Rule {
     }
   }
 
+  /// A slave that exchanges process data by its AL state.
+  [[nodiscard]] bool Exchanges(SlaveId id) const {
+    const model::AlMachine& al = context().slave(id).al;
+    return al.SettledIn(esc::AlState::OP) || al.SettledIn(esc::AlState::SAFEOP);
+  }
+  bool FindWitness() {
+    constexpr unsigned kEach = 16;  // datagrams, so that a long bus in INIT costs nothing
+    if (witness_ && *witness_ < context().slave_count() && Exchanges(*witness_)) return true;
+    witness_.reset();
+    if (looked_++ % kEach != 0) return false;
+    for (std::size_t s = 0; s < context().slave_count() && !witness_; ++s) {
+      if (Exchanges(static_cast<SlaveId>(s))) witness_ = static_cast<SlaveId>(s);
+    }
+    return witness_.has_value();
+  }
+
+  /// Where the FMMUs are not known, which names the slave; else a finding of it, or of wkc-mismatch, reports it.
+  void EvaluateBus() {
+    if (counted_ || !slaves_.empty() || none_.count < kLeast || !witness_ || !Exchanges(*witness_)) return;
+    if (!none_.first.has_time || !none_.last.has_time || Elapsed(none_.first.time, none_.last.time) < kLong) return;
+    for (const Finding& other : context().store.findings()) {
+      if (other.rule == "wkc-mismatch") return;
+    }
+    const bool op = context().slave(*witness_).al.SettledIn(esc::AlState::OP);
+    Finding finding = Found(kNone, kNoSlave, none_.first);
+    finding.last = none_.last;
+    finding.Set("frames", arg::Count(none_.count, "datagram"))
+        .Set("command", arg::Text(wire::Name(none_.command)))
+        .Set("last_frame", arg::Frame(none_.last.number))
+        .Set("witness", arg::Slave(*witness_, context().Label(*witness_)))
+        .Set("state", arg::State(static_cast<std::uint8_t>(op ? esc::AlState::OP : esc::AlState::SAFEOP)));
+    AddRelated(finding, none_.last.number);
+    (void)Report(4, Severity::kWarning, std::move(finding));
+  }
+
   static constexpr Word kOutputs{"outputs", "outputs", true};
   static constexpr Word kInputs{"inputs", "inputs", true};
   std::map<SlaveId, Watched> slaves_;  // those that OP was requested of, or that did not count
+  Missed none_;                        ///< logical datagrams that no slave counted in
+  bool counted_ = false;               ///< one has a working counter
+  std::optional<SlaveId> witness_;     ///< in SAFEOP or OP
+  unsigned looked_ = 0;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<WkcNeverRight>};

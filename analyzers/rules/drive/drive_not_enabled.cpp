@@ -151,12 +151,17 @@ enabled) is 0.][{?local} Bit 9 (remote) is 0.][ The drive reports {reason}.])",
 
 constexpr FindingKind kSwapped{
     .name = "bytes-swapped",
-    .title = "The bytes of control word {control_word} are swapped: 0x000f is meant",
+    .title =
+        "[{?padding}Control word {control_word} is written {padding} too late: a struct with padding]"
+        "[{!padding}The bytes of control word {control_word} are swapped: 0x000f is meant]",
     .message =
         R"(From {frame} on, for {lasted_ms}, the control word is {control_word}, and 0x0600 or 0x0700 came before it.
 Its low byte, with the bits that enable the drive, is 0. The drive shows {state} (status word {status_word},
-{shown_frame}).)",
-    .next = "Write the control word with its low byte first, at the offset where 6040h is mapped.",
+{shown_frame}).[{?padding} That is {padding} after its place, where a C struct that is not packed has it: a shorter entry is mapped
+before it.])",
+    .next =
+        "[{?padding}Pack the struct of the outputs, or copy each entry to its offset in the mapping.]"
+        "[{!padding}Write the control word with its low byte first, at the offset where 6040h is mapped.]",
     .identity = ""};
 
 constexpr FindingKind kHasty{
@@ -296,6 +301,9 @@ class DriveNotEnabled final : public AxisRule {
       case progress::AxisFact::kFaultStays:
         finding.Set("resets", arg::Count(static_cast<std::uint64_t>(record.a), "reset"));
         return;
+      case progress::AxisFact::kBytesSwapped:
+        if (PaddingBefore(kControlWord) == 1) finding.Set("padding", arg::Count(1, "byte"));
+        return;
       case progress::AxisFact::kHasty:
         finding.Set("times", arg::Count(static_cast<std::uint64_t>(record.a), "time"));
         finding.Set("longest_ms", arg::Ms(record.b));
@@ -315,6 +323,7 @@ class DriveNotEnabled final : public AxisRule {
     }
   }
 
+  static constexpr std::uint16_t kControlWord = 0x6040;
   static constexpr std::array<std::string_view, 3> kBits{"switch on (bit 0)", "enable voltage (bit 1)",
                                                          "quick stop (bit 2)"};
 };

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <array>
+#include <cstdint>
 
 #include "analyzers/judge/axis_lead.h"
 #include "analyzers/judge/axis_rule.h"
@@ -8,16 +10,20 @@ namespace {
 
 constexpr FindingKind kAtEnable{
     .name = "jump-at-enable",
-    .title = "[{?new_mode}Mode change][{!new_mode}Enabled] with target position {target}, actual value {actual}",
+    .title =
+        "[{?padding}Target position is written {padding} too late: a struct with padding]"
+        "[{!padding}[{?new_mode}Mode change][{!new_mode}Enabled] with target position {target}, actual value {actual}]",
     .message =
         R"(When the [{?new_mode}mode changes][{!new_mode}drive is enabled] ({frame}) the target position (607Ah) is {target} and the position actual value
-(6064h) is {actual}. After that the target [{?constant}does not change][{!constant}changes by at most
+(6064h) is {actual}.[ The target is the actual value, moved by {padding}. There a C struct that is
+not packed has it, because a shorter entry is mapped before it.] After that the target [{?constant}does not change][{!constant}changes by at most
 {step} in a cycle].[{?fault} The drive shows status
 word {status_word} in {shown_frame}.][{!fault} The axis runs to the target: up to {shown_frame} it makes a fifth
 of the way.] In {mode} the target has to start at the actual value.)",
     .next =
-        "Copy the position actual value (6064h) into the target position (607Ah) in each cycle until "
-        "[{?new_mode}6061h shows the new mode][{!new_mode}Operation enabled is shown].",
+        "[{?padding}Pack the struct of the outputs, or copy each entry to its offset in the mapping.]"
+        "[{!padding}Copy the position actual value (6064h) into the target position (607Ah) in each cycle until "
+        "[{?new_mode}6061h shows the new mode][{!new_mode}Operation enabled is shown].]",
     .identity = ""};
 
 constexpr FindingKind kJump{
@@ -87,6 +93,9 @@ The axis runs to a wrong target at full speed, or stops with a following error.
 A jump is more than 50 times what the target changes in a cycle otherwise, at least 500 increments, and something
 comes of it within 500 ms: the axis comes a fifth nearer, the drive faults or shows a following error.
 
+A target that is the actual value moved by whole bytes shows a struct with padding in the master: a C compiler puts a
+32 bit entry at a multiple of 4 bytes, the mapping does not. The bytes have to be those that the mapping needs.
+
 An echo is a target that equals the actual value of the cycle before in 50 changes in a row, over at least 500 ms,
 while the axis moves. A change of its speed has to be among them. It is inferred: an axis may be moved by hand on
 purpose.
@@ -112,6 +121,23 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kOutsideLimits, &kOutside},
 };
 
+constexpr std::uint16_t kTargetPosition = 0x607A;
+
+/// Whether the target has the actual value in its upper bytes, and the padding, which is 0, in its lower ones.
+bool IsMoved(std::int64_t target, std::int64_t actual, std::uint32_t padding) {
+  constexpr std::int64_t kNear = 64;  // the axis moves a little until the target is there
+  constexpr std::int64_t kNotByChance = 16 * kNear;
+  if (padding == 0 || padding > 2) return false;
+  const std::int64_t factor = std::int64_t{1} << (8 * padding);
+  const std::int64_t range = std::int64_t{1} << (32 - 8 * padding);
+  if (target % factor != 0) return false;
+  const auto wrapped = [range](std::int64_t value) { return ((value % range) + range) % range; };
+  const std::int64_t value = wrapped(actual);
+  if (value < kNotByChance || range - value < kNotByChance) return false;
+  const std::int64_t apart = wrapped(target / factor - actual);
+  return std::min(apart, range - apart) <= kNear;
+}
+
 class DriveSetpointJump final : public AxisRule {
  public:
   DriveSetpointJump() : AxisRule(kInfo, kRows) {}
@@ -123,6 +149,9 @@ class DriveSetpointJump final : public AxisRule {
         finding.Set("target", arg::Number(record.a)).Set("actual", arg::Number(record.b));
         finding.Set("step", arg::Number(record.c)).Set("constant", arg::Flag(record.c == 0));
         if (record.new_mode) finding.Set("new_mode", arg::Flag());
+        if (const std::uint32_t padding = PaddingBefore(kTargetPosition); IsMoved(record.a, record.b, padding)) {
+          finding.Set("padding", arg::Count(padding, "byte"));
+        }
         return;
       case progress::AxisFact::kJumpInOperation:
         finding.Set("from", arg::Number(record.a)).Set("target", arg::Number(record.b));

@@ -1,17 +1,23 @@
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "analyzers/judge/mailbox_text.h"
+#include "analyzers/judge/refusal_reasons.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/objects/relatives.h"
 #include "analyzers/words/drive_error_codes.h"
 #include "decoder/base/text.h"
+#include "decoder/esc/al.h"
+#include "decoder/esc/sync_manager.h"
+#include "decoder/mailbox/emergency.h"
 #include "decoder/mailbox/events.h"
 
 namespace ecaudit::emcy_received {
@@ -21,14 +27,17 @@ constexpr FindingKind kEmergency{
     .name = "emergency",
     .title =
         "Emergency {error_code:number}[{?meaning}: [{id} ][{?of_class}class ]"
-        "[{short_meaning}][{!short_meaning}{meaning}]]",
+        "[{short_meaning}][{!short_meaning}{meaning}]][: {aspect} of SM{sync_manager}]",
     .message =
         R"(The slave reports emergency error code {error_code:number}[{?meaning} ([{id} ][{?of_class}class ]{meaning})].
-The error register is {error_register}[ ({register_bits})], the manufacturer data are {data}.[ The error category is
-{category}.][ The additional information has the number {number} as ASCII text.][{?source} The manual of this
+The error register is {error_register}[ ({register_bits})][ ({register_state})], the manufacturer data are {data}.[ So the
+slave rejects the {aspect} of SM{sync_manager}[, which the master set to {actual}].][ It accepts {smallest}[ to
+{largest}].][ The error category is {category}.][ The additional information has the number {number} as ASCII text.][{?source} The manual of this
 family [{?id_source}names {id} ({id_source}), but ]has no row for this code: code and meaning are those of a related
 family, {relative} ({source}).][{!meaning} No table has this code.])",
-    .next = "Find the code in the manual of the drive, and remove the cause.",
+    .next =
+        R"([{?aspect}Correct the {aspect} of SM{sync_manager}, and acknowledge the error in AL Control.][{!aspect}Find the
+code in the manual of the drive, and remove the cause.])",
     .identity = "error_code"};
 
 constexpr FindingKind kErrorFree{
@@ -57,9 +66,19 @@ constexpr Word kWasAborted{"aborted", "was aborted"};
 constexpr Word kMailboxError{"mailbox-error", "ended with a mailbox error"};
 constexpr Word kNotFinished{"not-finished", "was not finished"};
 
+// What a slave rejects of a sync manager.
+constexpr Word kAspects[] = {{"odd-address", "odd address"},
+                             {"address", "address"},
+                             {"length", "length"},
+                             {"settings", "control or enable byte"}};
+constexpr Word kWhyRejected[] = {{"address-rejected", "address rejected"},
+                                 {"address-rejected", "address rejected"},
+                                 {"length-rejected", "length rejected"},
+                                 {"settings-rejected", "settings rejected"}};
+
 // What aborts a transfer by itself is a nearer cause than an emergency.
-constexpr std::string_view kAfter[] = {"sdo-abort", "sdo-write-read-only", "sdo-wrong-size", "sdo-unknown-object",
-                                       "sdo-toggle"};
+constexpr std::string_view kAfter[] = {"sdo-abort",          "sdo-write-read-only", "sdo-wrong-size",
+                                       "sdo-unknown-object", "sdo-toggle",          "al-refused"};
 
 /// Bits of object 1001h.
 constexpr Word kRegisterBits[] = {{"generic", "generic"},
@@ -99,6 +118,10 @@ Every emergency is reported. Emergencies with the same error code and error regi
 The meaning comes from the family's table of codes. If its manual has none, it comes from a related family of the same
 vendor, and the finding is inferred. Otherwise it comes from the classes of the standard. These do not distinguish
 faults and warnings: such an emergency is an error.
+
+0xA000 and 0xA001 report a state change that failed. Their manufacturer data name the sync manager and what the slave
+rejects of it: the address, the length, or the control and enable bytes. The refusal of the state has this as its reason
+if the settings show none, and if what the master set is not within what the slave accepts.
 
 Emergencies between an SDO request and its response belong together:
 
@@ -151,7 +174,10 @@ class EmcyReceived final : public Rule {
       if (known.inferred && !own.empty()) finding.Set("id_source", arg::Text(own));
     }
     finding.Set("error_register", arg::Hex(e.data.error_register, 2));
-    if (std::vector<Value> bits = BitsOf(e.data.error_register); !bits.empty()) {
+    const bool transition = IsFailedTransition(e.data.error_code) && exact && known.code->id.empty();
+    if (transition) {
+      SetTransition(e, finding);
+    } else if (std::vector<Value> bits = BitsOf(e.data.error_register); !bits.empty()) {
       finding.Set("register_bits", arg::List(std::move(bits)));
     }
     finding.Set("data", arg::Bytes(e.data.data));
@@ -162,7 +188,10 @@ class EmcyReceived final : public Rule {
       }
     }
     if (known.code != nullptr) finding.reference = ReferenceTo(known.code->source);
-    Remember(e, Report(key, severity, std::move(finding)));
+    const bool names_setting = finding.arguments.Has("aspect");
+    const FindingIndex index = Report(key, severity, std::move(finding));
+    if (names_setting && index != kNoFinding) transitions_.push_back(index);
+    Remember(e, index);
   }
 
   /// One chain: the request, the emergencies before its response, and what became of it.
@@ -195,10 +224,75 @@ class EmcyReceived final : public Rule {
     for (const Recent& abort : aborts_) {
       ExplainFindings(context(), "sdo-abort", abort.slave, abort.frame, abort.finding, Confidence::kInferred);
     }
+    for (const FindingIndex index : transitions_) ExplainRefusal(index);
     (void)NotEvaluableWithoutReturns();
   }
 
  private:
+  static constexpr std::uint16_t kToSafeop = 0xA000, kToOp = 0xA001;
+  static bool IsFailedTransition(std::uint16_t code) { return code == kToSafeop || code == kToOp; }
+
+  /// The error register is the state. 3 and 4 are SAFEOP and OP for some makers, BOOT and SAFEOP for others.
+  void SetTransition(const mailbox::Emergency& e, Finding& finding) const {
+    const std::uint8_t state = e.data.error_register;
+    if (state == static_cast<std::uint8_t>(esc::AlState::INIT) ||
+        state == static_cast<std::uint8_t>(esc::AlState::PREOP)) {
+      finding.Set("register_state", arg::State(state));
+    }
+    using Aspect = mailbox::TransitionDiagnosis::Aspect;
+    const auto diagnosis = mailbox::ParseTransition(e.data);
+    if (!diagnosis) return;
+    const bool length = diagnosis->aspect == Aspect::kLength;
+    const bool address = diagnosis->aspect == Aspect::kAddress || diagnosis->aspect == Aspect::kOddAddress;
+    std::optional<std::uint16_t> actual;
+    if (length || address) {
+      const auto base = esc::SyncManagerAddress(diagnosis->sync_manager);
+      actual = context().network().state(e.slave).registers.Value<std::uint16_t>(
+          static_cast<EscAddress>(length ? base + 2 : base), Certainty::kObserved);
+    }
+    const auto value = [&](std::uint16_t v) { return length ? arg::Count(v, "byte") : arg::Hex(v); };
+    if (diagnosis->accepted) {
+      const auto [low, high] = *diagnosis->accepted;
+      // The data of this maker mean something else: the slave has what it accepts.
+      if (diagnosis->aspect != Aspect::kOddAddress && actual && *actual >= low && *actual <= high) return;
+      finding.Set("smallest", value(low));
+      if (high != low) finding.Set("largest", value(high));
+    }
+    finding.Set("aspect", arg::Of(kAspects[static_cast<std::size_t>(diagnosis->aspect)]))
+        .Set("sync_manager", arg::Number(diagnosis->sync_manager));
+    if (actual) finding.Set("actual", value(*actual));
+  }
+
+  /// The refusal that the emergency is about has the setting as its reason, if nothing else shows one.
+  void ExplainRefusal(FindingIndex index) const {
+    const Finding& emergency = context().store[index];
+    const bool to_op = emergency.arguments.Find("error_code")->number == kToOp;
+    const auto wanted = static_cast<std::int64_t>(to_op ? esc::AlState::OP : esc::AlState::SAFEOP);
+    Finding* refusal = nullptr;
+    for (Finding& finding : context().store.findings()) {
+      if (finding.rule != "al-refused" || finding.slave != emergency.slave) continue;
+      const Value* requested = finding.arguments.Find("requested");
+      const Value* request = finding.arguments.Find("request_frame");
+      if (requested == nullptr || requested->number != wanted || request == nullptr) continue;
+      if (static_cast<FrameNo>(request->number) < emergency.first.number) refusal = &finding;
+    }
+    if (refusal == nullptr || refusal->caused_by != kNoFinding || refusal->arguments.Has("reason")) return;
+    Arguments note{{"emergency_frame", arg::Frame(emergency.first.number)}};
+    for (const std::string_view name : {"error_code", "aspect", "sync_manager", "actual", "smallest", "largest"}) {
+      if (const Value* value = emergency.arguments.Find(name); value != nullptr) note.Set(name, *value);
+    }
+    const Word& why = kWhyRejected[AspectOf(emergency)];
+    refusal->Set("reason", arg::Of(why))
+        .Set("reason_value", arg::Text("SM" + std::to_string(emergency.arguments.Find("sync_manager")->number)));
+    refusal->Add(refusal::kEmergency, std::move(note));
+    AddRelated(*refusal, emergency.first.number);
+  }
+  static std::size_t AspectOf(const Finding& emergency) {
+    const Word* word = emergency.arguments.Find("aspect")->word;
+    const auto* at = std::find_if(std::begin(kAspects), std::end(kAspects), [&](const Word& w) { return &w == word; });
+    return static_cast<std::size_t>(at - std::begin(kAspects));
+  }
+
   /// Room for the meaning in a title.
   static constexpr std::size_t kTitleBytes = 46;
   static constexpr std::size_t kMostAborts = 64;
@@ -278,6 +372,7 @@ class EmcyReceived final : public Rule {
   std::array<Recent, 32> recent_{};  // the newest
   std::size_t next_ = 0;
   std::vector<Recent> aborts_;  // what an emergency explains
+  std::vector<FindingIndex> transitions_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<EmcyReceived>};

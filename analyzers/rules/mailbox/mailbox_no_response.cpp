@@ -274,7 +274,8 @@ class MailboxNoResponse final : public Rule {
       const model::AlMachine& al = context().slave(m.slave).al;
       const bool early = silence.requested_frame.seen() && al.possible().contains(kInit);
       silence.sent[1] =
-          std::exchange(silence.sent[0], {m.frame().number, m.counter_step, early, early && al.wait().polls == 0});
+          std::exchange(silence.sent[0], {m.frame().number, m.counter_step, early, early && al.wait().polls == 0,
+                                          silence.requested, silence.requested_frame});
     }
   }
 
@@ -360,6 +361,9 @@ class MailboxNoResponse final : public Rule {
       mailbox::CounterStep step = mailbox::CounterStep::kUnknown;
       bool early = false;   ///< the slave was not seen to have left INIT
       bool unread = false;  ///< AL Status was not read between the request of the state and this message
+      // The state requested then: that the message has no answer may show after the next request.
+      std::uint8_t requested = 0;
+      FrameRef requested_frame;
     };
     std::array<Sent, 2> sent{};  ///< the newest messages of the master
     // The last request of a state.
@@ -479,20 +483,20 @@ class MailboxNoResponse final : public Rule {
   [[nodiscard]] bool MayBeTooEarly(const mailbox::MailboxUnanswered& e, const Silence& silence) const {
     const Silence::Sent* sent = SentOf(e, silence);
     if (sent == nullptr || !sent->early || e.read_lost) return false;
-    const FrameRef& asked = silence.requested_frame;
+    const FrameRef& asked = sent->requested_frame;
     if (!sent->unread || !asked.has_time || !e.request.frame.has_time) return true;
-    const TimeNs limit = context().slave(e.slave).al.timeouts().To(silence.requested, false);
+    const TimeNs limit = context().slave(e.slave).al.timeouts().To(sent->requested, false);
     return Elapsed(asked.time, e.request.frame.time) <= limit;
   }
 
   [[nodiscard]] Finding Describe(const mailbox::MailboxUnanswered& e, const Silence& silence) const {
     using End = mailbox::MailboxUnanswered::End;
-    const FrameRef& asked = silence.requested_frame;
     const Silence::Sent* sent = SentOf(e, silence);
     const bool too_early = MayBeTooEarly(e, silence);
     Finding finding = Found(too_early ? kTooEarly : kNoResponse, e.slave, e.request.frame);
     if (too_early) {
-      finding.Set("requested", arg::State(silence.requested))
+      const FrameRef& asked = sent->requested_frame;
+      finding.Set("requested", arg::State(sent->requested))
           .Set("state_frame", arg::Frame(asked.number))
           .Set("unread", arg::Flag(sent->unread));
       if (asked.has_time && e.request.frame.has_time) {

@@ -1,3 +1,4 @@
+#include <utility>
 #include <vector>
 
 #include "analyzers/judge/deferred_findings.h"
@@ -38,11 +39,23 @@ request[ in {request_frame}] is for {expected_object}.[ The response is an abort
     .next = "Check that the master compares index and subindex, and its time-out.",
     .identity = "object expected_object"};
 
+constexpr FindingKind kOneLate{
+    .name = "one-late",
+    .title = "SDO responses one request late: master took an {between} message for one",
+    .message =
+        R"(The master requests {object} in {given_up_frame} and reads an {between} message in {between_frame}. It does
+not read the mailbox again before the next request, {request_frame} for {expected_object}. The response for {object} then
+comes in {frame}. From there on each response belongs to the request before.)",
+    .next =
+        R"(Let the master read the mailbox until the SDO response is there, and handle {between} messages apart: a slave
+may send them at any time.)",
+    .identity = "between"};
+
 constexpr NoteKind kLate{
     .name = "late",
     .text = "It is probably the late response to the request in {given_up_frame}, which the master gave up."};
 
-constexpr const FindingKind* kKinds[] = {&kNoRequest, &kWrongCommand, &kWrongObject};
+constexpr const FindingKind* kKinds[] = {&kNoRequest, &kWrongCommand, &kWrongObject, &kOneLate};
 constexpr const NoteKind* kNotes[] = {&kLate};
 
 // It asks what explains the request.
@@ -71,6 +84,8 @@ A master that does not compare them uses the value of another object. Other mast
 - A response without an outstanding request counts only if the capture has an earlier request: the first response of a
   capture may belong to a request before the capture.
 - If the frame of a request was lost, the response may belong to that request: no finding.
+- The master read a message of another protocol (EoE) after a request, and sent the next request without reading on: one
+  finding for all responses that come one request late.
 - A response for an object whose request the master gave up is named as late. If mailbox-no-response reported that
   request, caused_by names it.
 
@@ -93,6 +108,12 @@ class SdoUnexpectedResponse final : public Rule {
   void On(const mailbox::MailboxMessage& m) {
     const bool lost = m.certainty == Certainty::kUnknown;
     if (lost && m.direction == mailbox::Direction::kOut) deferred_.Lost(m.slave, m.frame().number);
+    if (m.direction == mailbox::Direction::kIn && IsOfAnotherProtocol(m)) {
+      if (m.slave >= other_.size()) other_.resize(static_cast<std::size_t>(m.slave) + 1);
+      other_[m.slave] = {m.header.protocol, m.frame()};
+    }
+    if (m.slave >= last_message_.size()) last_message_.resize(static_cast<std::size_t>(m.slave) + 1);
+    last_message_[m.slave].Take(m.frame().number);
   }
 
   void On(const mailbox::MailboxUnanswered& e) {
@@ -102,10 +123,13 @@ class SdoUnexpectedResponse final : public Rule {
   }
 
   void On(const mailbox::SdoUnexpected& e) {
-    if (e.request.seen() && context().network().MayMissBetween(e.request.number, e.response.number)) {
+    // Without a request in the capture, the capture may miss it since the message before.
+    const FrameNo since = e.request.seen() ? e.request.number : MessageBefore(e.slave, e.response.number);
+    if (context().network().MayMissBetween(since, e.response.number)) {
       NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kHistory, e.response.number);
       return;
     }
+    if (IsOneLate(e)) return;
     const std::uint64_t key = static_cast<std::uint64_t>(e.reason) | static_cast<std::uint64_t>(e.index) << 8U |
                               static_cast<std::uint64_t>(e.subindex) << 24U |
                               static_cast<std::uint64_t>(e.expected_index) << 32U |
@@ -142,6 +166,8 @@ class SdoUnexpectedResponse final : public Rule {
   }
 
  private:
+  static constexpr std::uint64_t kOneLateKey = std::uint64_t{1} << 63U;
+
   static const FindingKind& KindOf(mailbox::SdoUnexpected::Reason reason) {
     switch (reason) {
       case mailbox::SdoUnexpected::Reason::kNoRequest:
@@ -162,13 +188,77 @@ class SdoUnexpectedResponse final : public Rule {
     if (Repeat(d.finding.slave, d.key, d.finding.first) == kNoFinding) Report(d.key, std::move(d.finding));
   }
 
+  /// Reports, or counts, a response that comes one request late because the master took another message for one.
+  bool IsOneLate(const mailbox::SdoUnexpected& e) {
+    const mailbox::RequestSummary* late = GivenUp(e);
+    if (late == nullptr || !e.request.seen()) return false;
+    if (e.slave >= one_late_.size()) one_late_.resize(static_cast<std::size_t>(e.slave) + 1);
+    const FrameNo request_of_last = std::exchange(one_late_[e.slave], 0);
+    const OtherMessage* other = ReadInstead(e, *late);
+    if (other == nullptr && (request_of_last == 0 || late->frame.number != request_of_last)) return false;
+    one_late_[e.slave] = e.request.number;
+    Finding finding = Found(kOneLate, e.slave, e.response);
+    finding.Set("object", arg::Object(e.index, e.subindex))
+        .Set("expected_object", arg::Object(e.expected_index, e.expected_subindex))
+        .Set("given_up_frame", arg::Frame(late->frame.number))
+        .Set("request_frame", arg::Frame(e.request.number));
+    if (other != nullptr) {
+      finding.Set("between", ProtocolValue(other->protocol)).Set("between_frame", arg::Frame(other->frame.number));
+      AddRelated(finding, other->frame.number);
+    }
+    AddRelated(finding, late->frame.number);
+    AddRelated(finding, e.request.number);
+    deferred_.Add({e.request.number, kOneLateKey, std::move(finding)});
+    deferred_.SettleOld([this](DeferredFinding&& d) { Settle(std::move(d)); });
+    return true;
+  }
+
   [[nodiscard]] const mailbox::RequestSummary* GivenUp(const mailbox::SdoUnexpected& e) const {
     if (e.slave >= given_up_.size() || !e.has_object) return nullptr;
     const mailbox::RequestSummary& last = given_up_[e.slave];
     return last.index == e.index && last.subindex == e.subindex ? &last : nullptr;
   }
 
+  /// A message from the slave that answers no mailbox request of CoE.
+  struct OtherMessage {
+    mailbox::Protocol protocol = mailbox::Protocol::kError;
+    FrameRef frame;
+  };
+
+  static bool IsOfAnotherProtocol(const mailbox::MailboxMessage& m) {
+    return m.problem == mailbox::Problem::kNone && m.header.protocol != mailbox::Protocol::kCoE &&
+           m.header.protocol != mailbox::Protocol::kError;
+  }
+
+  /// What the master read after the request that it gave up, and before the next one.
+  [[nodiscard]] const OtherMessage* ReadInstead(const mailbox::SdoUnexpected& e,
+                                                const mailbox::RequestSummary& late) const {
+    if (e.slave >= other_.size() || !e.request.seen()) return nullptr;
+    const FrameNo frame = other_[e.slave].frame.number;
+    return late.frame.number < frame && frame < e.request.number ? &other_[e.slave] : nullptr;
+  }
+
+  /// Frames of the last two messages of a slave.
+  struct LastMessages {
+    FrameNo last = 0;
+    FrameNo before = 0;
+
+    void Take(FrameNo frame) {
+      if (frame != last) before = std::exchange(last, frame);
+    }
+  };
+
+  /// 0: none.
+  [[nodiscard]] FrameNo MessageBefore(SlaveId slave, FrameNo response) const {
+    if (slave >= last_message_.size()) return 0;
+    const LastMessages& messages = last_message_[slave];
+    return messages.last < response ? messages.last : messages.before;
+  }
+
   std::vector<mailbox::RequestSummary> given_up_;  // the last one of each slave
+  std::vector<LastMessages> last_message_;         // likewise
+  std::vector<OtherMessage> other_;                // likewise
+  std::vector<FrameNo> one_late_;                  // of each slave: the request before which such a response came
   DeferredFindings deferred_;
 };
 

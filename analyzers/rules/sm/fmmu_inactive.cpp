@@ -304,7 +304,7 @@ class FmmuInactive final : public Rule {
       NotEvaluable(id, ReasonCode::kMissesPackets, frame.number);
       return kNoFinding;
     }
-    if (off == nullptr && context().network().MayMissBetween(FirstLearned(state), frame.number)) {
+    if (off == nullptr && context().network().MissesBetween(FirstLearned(state), frame.number)) {
       NotEvaluable(id, ReasonCode::kCaptureGap, what::kSyncManagersAndFmmus, frame.number);
       return kNoFinding;
     }
@@ -315,7 +315,13 @@ class FmmuInactive final : public Rule {
     slave.reported[outputs ? 1 : 0] = true;
     const std::uint64_t key = refused ? 2 : outputs ? 1 : 0;
     FindingIndex index = Repeat(id, key, frame);
-    if (index == kNoFinding) index = Report(key, Describe(id, outputs, *manager, frame, off, refused));
+    if (index == kNoFinding) {
+      Finding finding = Describe(id, outputs, *manager, frame, off, refused);
+      // The master may have set it where its numbers skip.
+      const bool skips = off == nullptr && context().network().MayMissBetween(FirstLearned(state), frame.number);
+      if (skips) finding.confidence = Confidence::kInferred;
+      index = Report(key, std::move(finding));
+    }
     if (outputs) slave.outputs = index;
     if (outputs && off != nullptr) slave.off = frame;
     return index;

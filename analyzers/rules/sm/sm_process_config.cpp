@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "analyzers/judge/padded_struct.h"
 #include "analyzers/judge/refusal_predictions.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -65,6 +66,7 @@ The settings that the master wrote last are compared.
 - A default is not compared with a sync manager of another length: the slave may have kept another assignment from
   before the capture.
 - If the PDOs are not known, a sync manager that is off and of length 0 is no fault.
+- If the entries have that length in a C struct with padding, a note states it.
 - If a fault of the mapping was found for the same direction, the wrong length follows from it (caused_by).
 - If the slave reaches the state in spite of wrong settings, the finding becomes an info.
 
@@ -185,6 +187,15 @@ class SmProcessConfig final : public Rule {
     if (layout.source == model::LayoutSource::kObserved) finding.Set("assigned_frame", arg::Frame(layout.since));
   }
 
+  /// A length that the entries have in a struct of the master.
+  static void AddPadding(const model::ProcessLayout& layout, std::uint8_t number, std::uint32_t length,
+                         Finding& finding) {
+    const auto padded = PaddedStruct::Of(layout, number);
+    if (!padded || padded->bytes() != length) return;
+    finding.Add(sync_manager_fault::kPaddedStruct, {{"bytes", arg::Count(length, "byte")},
+                                                    {"padding", arg::Count(length - layout.bytes_of(number), "byte")}});
+  }
+
   void Evaluate(const model::AlRequestJudged& e, const track::SlaveState& state, const model::SyncManagerDemand& demand,
                 const model::ProcessLayout* layout) {
     const auto known = SyncManagerOf(state, demand.number);
@@ -208,7 +219,10 @@ class SmProcessConfig final : public Rule {
         return f.field == model::SyncManagerFault::Field::kLength;
       });
       if (length) finding.caused_by = context().MappingFault(e.slave, DirectionOf(demand));
-      if (length && layout != nullptr) SetPdos(finding, *layout);
+      if (length && layout != nullptr) {
+        SetPdos(finding, *layout);
+        AddPadding(*layout, demand.number, known->settings.length, finding);
+      }
       index = Report(key, std::move(finding));
     }
     const bool as_in_eeprom = demand.off_in_eeprom && faults.front().field == model::SyncManagerFault::Field::kEnable;

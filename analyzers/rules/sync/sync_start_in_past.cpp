@@ -103,6 +103,7 @@ class SyncStartInPast final : public Rule {
     Subscribe<sync::SyncSwitchedOn>(&SyncStartInPast::On);
     Subscribe<track::SlaveAccess>(&SyncStartInPast::On, MemoryRange::Of(esc::kDcStartTime, 8));
     Subscribe<track::AlRequestSent>(&SyncStartInPast::On);
+    Subscribe<track::CaptureGap>(&SyncStartInPast::On);
   }
 
   void On(const sync::SyncSwitchedOn& e) {
@@ -137,7 +138,17 @@ class SyncStartInPast final : public Rule {
     } else if (e.since_read_ns && *e.since_read_ns > 0) {
       late += *e.since_read_ns;
     }
+    // The start time may have been written again in frames that the capture misses.
+    if (last_skip_ > e.read_frame.number) {
+      NotEvaluable(e.slave, ReasonCode::kCaptureGap, kStartTime, e.frame.number);
+      return;
+    }
     ReportPast(e, ahead, late);
+  }
+
+  /// After a silence the registers hold what they held before.
+  void On(const track::CaptureGap& e) {
+    if (e.skip) last_skip_ = e.frame.number;
   }
 
   /// The start time is written when SYNC is on already.
@@ -256,6 +267,7 @@ class SyncStartInPast final : public Rule {
   }
 
   std::vector<Slave> slaves_;
+  FrameNo last_skip_ = 0;  ///< first frame after the last place where the capture may miss frames, by the indices
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncStartInPast>};

@@ -211,7 +211,7 @@ class SyncWatchdogMargin final : public Rule {
     if (e.slave >= doubtful_.size() || !doubtful_[e.slave]) return;
     sync::OutputGap gap = *std::exchange(doubtful_[e.slave], std::nullopt);
     // Seen in OP after the gap, or for another reason: that was no watchdog.
-    if (e.code != kWatchdogCode || e.before_since > gap.after.number) {
+    if (!MayBeWatchdog(e) || e.before_since > gap.after.number) {
       AddMayBeGap(gap);
       return;
     }
@@ -346,6 +346,13 @@ class SyncWatchdogMargin final : public Rule {
   Slave& Of(SlaveId id) {
     if (id >= slaves_.size()) slaves_.resize(std::size_t{id} + 1);
     return slaves_[id];
+  }
+
+  /// Without a code, the slave dropped as it does where the watchdog runs out.
+  static bool MayBeWatchdog(const model::AlChangedByItself& e) {
+    if (e.code) return *e.code == kWatchdogCode;
+    return e.before.state() == static_cast<std::uint8_t>(esc::AlState::OP) && e.status.bit4() &&
+           e.status.state() == static_cast<std::uint8_t>(esc::AlState::SAFEOP);
   }
 
   /// The slave left OP because of outputs that the master never sent. Where a pause is the cause, On(OutputGap) has it.

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace ecaudit::system {
 
@@ -31,6 +32,15 @@ struct FileStatus {
 /// Of the link itself.
 [[nodiscard]] std::optional<FileStatus> StatusOfLink(const std::string& path);
 [[nodiscard]] std::optional<FileStatus> StatusOf(int fd);
+
+// Links are followed. Not those of std::filesystem, which end at 260 characters on Windows.
+[[nodiscard]] bool Exists(const std::string& path);
+[[nodiscard]] bool IsFile(const std::string& path);
+[[nodiscard]] bool IsFolder(const std::string& path);
+/// What lies in a folder, sorted; nothing when it cannot be read, and errno holds the reason.
+[[nodiscard]] std::optional<std::vector<std::string>> NamesIn(const std::string& folder);
+/// With those above it. False means that errno holds the reason.
+[[nodiscard]] bool MakeFolders(const std::string& path);
 
 /// A pipe without a writer: whether opening it waits for one.
 enum class Open : std::uint8_t { kAtOnce, kWaits };

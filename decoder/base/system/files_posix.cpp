@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -47,6 +48,43 @@ std::optional<FileStatus> StatusOfLink(const std::string& path) {
 std::optional<FileStatus> StatusOf(int fd) {
   struct stat info {};
   return Converted(::fstat(fd, &info) == 0, info);
+}
+
+bool Exists(const std::string& path) {
+  return StatusOf(path).has_value();
+}
+
+bool IsFile(const std::string& path) {
+  const auto status = StatusOf(path);
+  return status && status->kind == FileKind::kRegular;
+}
+
+bool IsFolder(const std::string& path) {
+  const auto status = StatusOf(path);
+  return status && status->kind == FileKind::kFolder;
+}
+
+std::optional<std::vector<std::string>> NamesIn(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code code;
+  std::filesystem::directory_iterator entry(folder, code);
+  for (; !code && entry != std::filesystem::directory_iterator(); entry.increment(code)) {
+    names.push_back(entry->path().filename().string());
+  }
+  if (code) {
+    errno = code.value();
+    return std::nullopt;
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+bool MakeFolders(const std::string& path) {
+  std::error_code code;
+  std::filesystem::create_directories(path, code);
+  if (!code && !IsFolder(path)) code = std::make_error_code(std::errc::not_a_directory);
+  if (code) errno = code.value();
+  return !code;
 }
 
 int OpenToRead(const std::string& path, Open open) {

@@ -3,8 +3,10 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
 #include <io.h>
 #include <random>
+#include <utility>
 
 #include "decoder/base/system/files.h"
 #include "decoder/base/system/windows_support.h"
@@ -94,7 +96,8 @@ int MakeUnderNewName(std::string& name, DWORD flags) {
 
 /// Whether another program keeps the file from being replaced.
 bool IsHeld(const std::wstring& path) {
-  const HANDLE handle = ::CreateFileW(path.c_str(), DELETE, kShareAll, nullptr, OPEN_EXISTING, 0, nullptr);
+  // An open file cannot be replaced, whatever its holder shares.
+  const HANDLE handle = ::CreateFileW(path.c_str(), DELETE, 0, nullptr, OPEN_EXISTING, 0, nullptr);
   if (handle == INVALID_HANDLE_VALUE) return ::GetLastError() == ERROR_SHARING_VIOLATION;
   ::CloseHandle(handle);
   return false;
@@ -112,6 +115,46 @@ std::optional<FileStatus> StatusOfLink(const std::string& path) {
 
 std::optional<FileStatus> StatusOf(int fd) {
   return StatusOfHandle(HandleOf(fd), false);
+}
+
+bool Exists(const std::string& path) {
+  return StatusOf(path).has_value();
+}
+
+bool IsFile(const std::string& path) {
+  const auto status = StatusOf(path);
+  return status && status->kind == FileKind::kRegular;
+}
+
+bool IsFolder(const std::string& path) {
+  const auto status = StatusOf(path);
+  return status && status->kind == FileKind::kFolder;
+}
+
+std::optional<std::vector<std::string>> NamesIn(const std::string& folder) {
+  std::vector<std::string> names;
+  WIN32_FIND_DATAW entry{};
+  const HANDLE search = ::FindFirstFileW(WidePath((folder.empty() ? "." : folder) + "\\*").c_str(), &entry);
+  if (search == INVALID_HANDLE_VALUE) {
+    SetReason();
+    return std::nullopt;
+  }
+  do {
+    std::string name = Narrow(entry.cFileName);
+    if (name != "." && name != "..") names.push_back(std::move(name));
+  } while (::FindNextFileW(search, &entry) != 0);
+  ::FindClose(search);
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+bool MakeFolders(const std::string& path) {
+  if (IsFolder(path)) return true;
+  const std::string above = std::filesystem::path(path).parent_path().string();
+  if (!above.empty() && above != path && !MakeFolders(above)) return false;
+  if (::CreateDirectoryW(WidePath(path).c_str(), nullptr) != 0 || IsFolder(path)) return true;
+  SetReason();
+  return false;
 }
 
 int OpenToRead(const std::string& path, Open /*open*/) {

@@ -2,8 +2,8 @@
 #include <cctype>
 #include <filesystem>
 #include <string_view>
-#include <system_error>
 
+#include "decoder/base/system/files.h"
 #include "decoder/base/system/names.h"
 
 namespace ecaudit::system {
@@ -65,19 +65,16 @@ bool Matches(std::string_view name, std::string_view pattern) {
 /// Adds what matches the parts of a pattern from `part` on, below `folder`.
 void AddMatching(const fs::path& folder, fs::path::const_iterator part, fs::path::const_iterator end,
                  std::vector<std::string>& paths) {
-  std::error_code code;
   if (part == end) {
-    if (fs::exists(folder, code)) paths.push_back(folder.generic_string());
+    if (Exists(folder.string())) paths.push_back(folder.generic_string());
     return;
   }
   const std::string pattern = part->string();
   const auto next = std::next(part);
   if (pattern.find_first_of("*?[") == std::string::npos) return AddMatching(folder / *part, next, end, paths);
-  for (fs::directory_iterator entry(folder.empty() ? fs::path(".") : folder, code);
-       !code && entry != fs::directory_iterator(); entry.increment(code)) {
-    const std::string name = entry->path().filename().string();
+  for (const std::string& name : NamesIn(folder.string()).value_or(std::vector<std::string>())) {
     if (name.starts_with('.') && !pattern.starts_with('.')) continue;
-    if (Matches(name, pattern)) AddMatching(folder / entry->path().filename(), next, end, paths);
+    if (Matches(name, pattern)) AddMatching(folder / name, next, end, paths);
   }
 }
 

@@ -189,6 +189,29 @@ Sample UndocumentedStatusCode() {
   return story.Finish();
 }
 
+Sample WatchdogTimeZero() {
+  Story story;
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  drive.Override({.from = 2, .to = 4, .action = AlOverride::Action::kRefuse, .code = 0x001F, .times = 1});
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.BringToPreop();
+  master.Fpwr(master.station(0), reg::kWatchdogDivider, LeBytes(std::uint16_t{2498}));
+  master.Fpwr(master.station(0), reg::kWatchdogProcessData, LeBytes(std::uint16_t{0}));
+  master.SetUpProcessData(0);
+  master.MapProcessImage();
+  const AlAnswer refused = master.ChangeState(0, Al::kSafeop);
+  story.Expect("al-refused", 0, refused.status_read, "AL status 0x0012, code 0x001F: 0x0420 is 0");
+  story.Expect("al-undocumented-status-code", 0, refused.status_read, "the manual lists 0x0000, 0x0011 and 0x0017");
+  master.Acknowledge(0, Al::kPreop);
+  master.Fpwr(master.station(0), reg::kWatchdogProcessData, LeBytes(std::uint16_t{1000}));
+  master.ChangeState(0, Al::kSafeop);
+  master.BringToOp();
+  master.Cycles(20);
+  master.ShutDown();
+  return story.Finish();
+}
+
 Sample AcceptedIllegal() {
   Story story;
   SimulatedSlave& drive = story.Add(AkdDrive());

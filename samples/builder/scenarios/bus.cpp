@@ -228,4 +228,50 @@ Sample EepromAlias() {
   return story.Finish();
 }
 
+Sample IdentityRepeated() {
+  Story story;
+  story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  story.Expect("identity-repeated", 0, "vendor ID and product code, read 8 times more; no state is requested");
+  for (int i = 0; i < 8; ++i) {
+    master.Wait(400 * kMs);
+    master.ReadEeprom(0, 0x0008);
+    master.ReadEeprom(0, 0x000A);
+    master.Poll(0, 1, 0);
+  }
+  return story.Finish();
+}
+
+Sample NothingMapped() {
+  Story story;
+  story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.BringToPreop();
+  master.BringToSafeop();
+  // The image lies at 0x00000000; the master exchanges it at 0x00010000.
+  Datagram image{.command = Cmd::LRW, .data = Bytes(12, 0)};
+  image.set_logical(0x0001'0000);
+  for (int cycle = 0; cycle < 300; ++cycle) {
+    master.Exchange({image});
+    master.Wait(kMs);
+  }
+  story.Expect("wkc-never-right", -1, "LRW counts 0 in all frames");
+  return story.Finish();
+}
+
+Sample EepromBlank() {
+  Story story;
+  SlaveDescription terminal = InputTerminal();
+  terminal.esc.eeprom = Bytes(2048, 0xFF);
+  story.Add(AkdDrive());
+  story.Add(std::move(terminal));
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  story.Expect("eeprom-invalid", 1, "every word is 0xFFFF");
+  for (int i = 0; i < 10; ++i) master.Poll(1, 1, 0);
+  return story.Finish();
+}
+
 }  // namespace ecaudit::samples

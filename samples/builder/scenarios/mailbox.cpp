@@ -75,6 +75,20 @@ Sample Emergencies() {
   return story.Finish();
 }
 
+Sample EmergencyDuringSdo() {
+  Story story;
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.BringToPreop();
+  master.Upload(0, 0x1018, 1);
+  drive.coe().QueueEmergency(master.now(), 0x7305, 0x01, {0x11, 0x22, 0x33, 0x44, 0x55});
+  master.Upload(0, 0x1018, 2);
+  story.Expect("emcy-received", 0, "0x7305 between request and response; the upload succeeds");
+  FinishFromPreop(story);
+  return story.Finish();
+}
+
 Sample FoeUnsupported() {
   Story story;
   story.Add(AkdDrive());
@@ -120,6 +134,23 @@ Sample FoeEndsInError() {
   master.ReadMailbox(0, 100 * kMs, &reply);
   story.Expect("foe-error", 0, "error 0x8002 where an acknowledge should be").Until(reply);
   FinishFromPreop(story);
+  return story.Finish();
+}
+
+Sample SdoBeforePreop() {
+  MasterWay way;
+  way.mailbox_interval = 50 * kMs;
+  Story story(way);
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  ScriptedMaster& master = story.master;
+  master.Scan();
+  master.SetUpMailbox(0);
+  drive.coe().behaviour().reads_requests = false;  // what arrives before PREOP is lost
+  master.Request(0, 2);
+  const SdoAnswer early = master.Upload(0, 0x1018, 1);
+  story.Expect("mailbox-no-response", 0, early.request, "PREOP is requested, but not reached");
+  master.Poll(0, 2);
+  master.ShutDown();
   return story.Finish();
 }
 

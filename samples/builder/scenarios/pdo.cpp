@@ -247,4 +247,68 @@ Sample FmmusOverlap() {
   return story.Finish();
 }
 
+Sample FmmuOnOtherSyncManager() {
+  Story story;
+  SimulatedSlave& drive = story.Add(AkdDrive());
+  drive.Override({.from = 4, .to = 8, .action = AlOverride::Action::kRefuse, .code = 0x001B, .times = 1});
+  story.master.Scan();
+  story.master.BringToPreop();
+  story.master.SetUpProcessData(0);
+  story.master.MapProcessImage();
+  // The FMMU of the outputs once more: it writes to 0x1140, which is SM3.
+  story.master.Fpwr(story.master.station(0), 0x0600,
+                    {0x00, 0x00, 0x00, 0x00, 0x06, 0x00, 0x00, 0x07, 0x40, 0x11, 0x00, 0x02, 0x01, 0x00, 0x00, 0x00});
+  const AlAnswer safeop = story.master.ChangeState(0, Al::kSafeop);
+  story.Expect("fmmu-mismatch", 0, safeop.status_read, "FMMU0 writes to SM3, which the slave writes");
+  story.master.StartCyclic({});
+  story.master.Cycles(20);
+  const AlAnswer refused = story.master.ChangeState(0, Al::kOp);
+  story.Expect("fmmu-inactive", 0, refused.status_read, "so no FMMU maps the outputs").Optional();
+  story.Expect("sync-watchdog-margin", 0, refused.status_read, "no outputs before the request").Optional();
+  story.Expect("al-refused", 0, refused.status_read, "AL status 0x0014, code 0x001B");
+  story.Expect("al-undocumented-status-code", 0, refused.status_read, "0x001B is not in the manual's list").Optional();
+  story.master.Acknowledge(0, Al::kSafeop);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample FmmuOnMailbox() {
+  Story story;
+  InPreop(story, AkdDrive());
+  story.master.SetUpProcessData(0);
+  story.master.MapProcessImage();
+  // The FMMU of the inputs once more: it reads 0x1C00, the mailbox of the slave.
+  story.master.Fpwr(story.master.station(0), 0x0610,
+                    {0x06, 0x00, 0x00, 0x00, 0x06, 0x00, 0x00, 0x07, 0x00, 0x1C, 0x00, 0x01, 0x01, 0x00, 0x00, 0x00});
+  const AlAnswer safeop = story.master.ChangeState(0, Al::kSafeop);
+  story.Expect("fmmu-mismatch", 0, safeop.status_read, "FMMU1 reads the mailbox at 0x1C00");
+  story.master.StartCyclic({});
+  story.master.Cycles(30);
+  story.master.ShutDown();
+  return story.Finish();
+}
+
+Sample PdoMappingShifted() {
+  Story story;
+  SimulatedSlave& drive = story.Add(PowerSupply());
+  drive.Override({.from = 2, .to = 4, .action = AlOverride::Action::kRefuse, .code = 0x001E, .times = 1});
+  story.master.Scan();
+  story.master.BringToPreop();
+  Map(story, 0x1600, {0x30000010});
+  story.master.Download(0, 0x1A00, 0, {0});
+  const SdoAnswer shorter = story.master.Download(0, 0x1A00, 1, LeBytes(std::uint32_t{0x61000108}));
+  story.Expect("pdo-not-mappable", 0, shorter.request, "6100h:1 has 16 bits, the master maps 8");
+  story.master.Download(0, 0x1A00, 2, LeBytes(std::uint32_t{0x30090008}));
+  story.master.Download(0, 0x1A00, 0, {2});
+  Assign(story, kRxAssignment, 0x1600);
+  Assign(story, kTxAssignment, 0x1A00);
+  const AlAnswer refused = RefusedInSafeop(story, 2);
+  story.Expect("al-refused", 0, refused.status_read, "AL status 0x0012, code 0x001E");
+  story.Expect("al-undocumented-status-code", 0, refused.status_read, "0x001E is not in the manual's list").Optional();
+  Map(story, 0x1A00, {0x61000110, 0x30090008, 0x20020108});
+  Assign(story, kTxAssignment, 0x1A00);
+  FinishWell(story);
+  return story.Finish();
+}
+
 }  // namespace ecaudit::samples

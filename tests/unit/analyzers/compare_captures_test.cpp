@@ -186,5 +186,54 @@ TEST(CompareCaptures, ASlaveThatIsNotThereIsADifference) {
                           [](const Difference& d) { return d.area == Area::kBus && d.in_b == "not on the bus"; }));
 }
 
+/// Register 0x0300 of the slave, read twice: the receive errors of port 0 rise, or do not.
+std::string LinkErrors(const std::string& later) {
+  const std::string rest = " 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00\n";
+  return "+1ms FPRD 0x1001:0x0300 00 00" + rest + "+1s FPRD 0x1001:0x0300 00 " + later + rest;
+}
+
+TEST(CompareCaptures, AFindingLeadsWhereNoOtherValueExplains) {
+  const std::string watchdog = kWatchdog;
+  const AnalysisResult a = ResultOf(kAddress + kMailbox + kUp + LinkErrors("05"));
+  const AnalysisResult b = ResultOf(kAddress + kMailbox + watchdog + kUp + LinkErrors("00"));
+  const CaptureDiff diff = Compared(a, b);
+  ASSERT_GE(diff.differences.size(), 2U);
+  EXPECT_EQ(diff.differences.front().what, "bus-link-errors");
+  EXPECT_TRUE(diff.findings_lead);
+  // Near miss: a setting has another value.
+  const CaptureDiff other = Compared(a, ResultOf(kAddress + kShortMailbox + watchdog + kUp + LinkErrors("00")));
+  EXPECT_EQ(other.differences.front().what, "write of SM0 (0x0800)");
+  EXPECT_FALSE(other.findings_lead);
+}
+
+const std::string kInit =
+    "@slaves 1\n+1ms BRD 0x0000 11\n+1ms APWR 0:0x0010 01 10\n+1ms FPRD 0x1001:0x0130 01 00 00 00 00 00\n";
+
+/// The identity and the mailbox words, then PREOP, which the slave reaches or does not.
+std::string WithEeprom(const std::string& identity, const std::string& mailbox, bool preop) {
+  const std::string state = preop ? "02" : "01";
+  return kInit + "+1ms FPWR 0x1001:0x0502 00 01 08 00 00 00\n+1ms FPRD 0x1001:0x0502 40 00 08 00 00 00 " + identity +
+         "\n+1ms FPWR 0x1001:0x0502 00 01 18 00 00 00\n+1ms FPRD 0x1001:0x0502 40 00 18 00 00 00 " + mailbox +
+         "\n+1ms FPWR 0x1001:0x0120 02 00\n" + "+1s FPRD 0x1001:0x0130 " + state + " 00 00 00 00 00  times=4\n";
+}
+const std::string kErased = "FF FF FF FF FF FF FF FF";
+
+TEST(CompareCaptures, ASlaveWithABlankEepromIsTheOneAtItsPlace) {
+  const AnalysisResult blank = ResultOf(WithEeprom(kErased, kErased, false));
+  const AnalysisResult good = ResultOf(WithEeprom("02 00 00 00 52 30 F0 03", "00 10 80 00 80 10 80 00", true));
+  for (const bool blank_first : {true, false}) {
+    const CaptureDiff diff = blank_first ? Compared(blank, good) : Compared(good, blank);
+    ASSERT_EQ(diff.pairs.size(), 1U);
+    EXPECT_TRUE(diff.pairs[0].a != nullptr && diff.pairs[0].b != nullptr);
+    EXPECT_EQ(diff.differences.front().what, "identity in the EEPROM");
+    EXPECT_EQ(diff.failed, "PREOP not reached");
+    // What the refused request follows from leads.
+    EXPECT_EQ(Relevant(diff).front(), "eeprom-invalid");
+  }
+  // Near miss: another device there is another slave.
+  const AnalysisResult other = ResultOf(WithEeprom("02 00 00 00 52 2C 4C 04", "00 10 80 00 80 10 80 00", true));
+  EXPECT_EQ(Compared(other, good).pairs.size(), 2U);
+}
+
 }  // namespace
 }  // namespace ecaudit::diff

@@ -8,25 +8,32 @@ namespace {
 TEST(GapEvidence, IndicesAndRepetitionsRowByRow) {
   using F = IndexFact;
   using V = GapVerdict;
-  ExpectRows<F, V>(kGapByIndex, {
-                                    {{F::kNext, F::kTimed}, V::kAskTime},
-                                    {{F::kSkips, F::kTimed}, V::kNone},
-                                    {{F::kSkips, F::kTimed, F::kAnyInFlight}, V::kIndicesSkip},
-                                    {{F::kOrphan, F::kTimed}, V::kCopyMissing},
-                                    {{F::kSentAgain, F::kTimeForRound}, V::kNone},
-                                    {{F::kTimed, F::kSentAgain, F::kTimeForRound}, V::kRoundMayMiss},
-                                    {{F::kTimed, F::kSentAgain}, V::kNone},
-                                    {{F::kTimed, F::kTimeOut, F::kClockJumps}, V::kNone},
-                                    {{F::kTimed, F::kClockJumps, F::kClockBack}, V::kAnotherCapture},
-                                    {{F::kTimed, F::kNext, F::kClockJumps, F::kClockBack}, V::kNone},
-                                    {{F::kTimed}, V::kAskTime},
-                                });
+  ExpectRows<F, V>(kGapByIndex,
+                   {
+                       {{F::kNext, F::kTimed}, V::kAskTime},
+                       {{F::kSkips, F::kTimed}, V::kNone},
+                       {{F::kSkips, F::kTimed, F::kWhole, F::kTimeForSkipped, F::kTimeAtRate}, V::kMaySkip},
+                       {{F::kSkips, F::kTimed, F::kWhole, F::kTimeForSkipped}, V::kNumbersSkip},
+                       {{F::kSkips, F::kTimed, F::kAnyInFlight}, V::kIndicesSkip},
+                       {{F::kOrphan, F::kTimed}, V::kCopyMissing},
+                       {{F::kSentAgain, F::kTimeForRound}, V::kNone},
+                       {{F::kTimed, F::kSentAgain, F::kTimeForRound}, V::kRoundMayMiss},
+                       {{F::kTimed, F::kSentAgain}, V::kNone},
+                       {{F::kTimed, F::kTimeOut, F::kClockJumps}, V::kNone},
+                       {{F::kTimed, F::kClockJumps, F::kClockBack}, V::kAnotherCapture},
+                       {{F::kTimed, F::kNext, F::kClockJumps, F::kClockBack}, V::kNone},
+                       {{F::kTimed}, V::kAskTime},
+                   });
 }
 
 TEST(GapEvidence, SkippedIndicesAreNoGapOnlyIfAllSpeaksAgainstIt) {
   using F = IndexFact;
   for (const F fact : {F::kOrphan, F::kAnyInFlight, F::kTimeForSkipped}) {
     EXPECT_EQ(Decide(kGapByIndex, Facts<F>{F::kSkips, fact}), GapVerdict::kIndicesSkip);
+  }
+  for (const F fact : {F::kOrphan, F::kAnyInFlight, F::kLongPause}) {
+    EXPECT_EQ(Decide(kGapByIndex, Facts<F>{F::kSkips, F::kTimed, F::kWhole, F::kTimeForSkipped, fact}),
+              GapVerdict::kIndicesSkip);
   }
 }
 

@@ -17,6 +17,20 @@ using ecaudit::test::Packet;
 using ecaudit::test::Trace;
 using samples::Bytes;
 
+[[nodiscard]] inline std::string_view NameOf(GapBefore gap) {
+  switch (gap) {
+    case GapBefore::kNone:
+      break;
+    case GapBefore::kPossible:
+      return "silence";
+    case GapBefore::kSkip:
+      return "skip";
+    case GapBefore::kCertain:
+      return "hole";
+  }
+  return "none";
+}
+
 /// What left Pairing:
 ///   "1+2"    frame 1 came back as frame 2           "+2"     a return without its outbound copy
 ///   "1?"     taken as done, returns are not captured
@@ -36,7 +50,7 @@ class PairingLog final : public BusSink {
     const std::string from = t.sent != nullptr ? std::to_string(t.sent->ref().number) : "";
     const std::string to = t.returned != nullptr ? "+" + std::to_string(t.returned->ref().number) : "";
     words.push_back(from + to + (t.assumed ? "?" : ""));
-    if (t.gap != GapBefore::kNone) gaps.push_back((t.gap == GapBefore::kCertain ? "hole " : "silence ") + from + to);
+    if (t.gap != GapBefore::kNone) gaps.push_back(std::string(NameOf(t.gap)) + ' ' + from + to);
   }
   void OnDoubtful(const wire::FrameView& frame) override {
     doubtful.push_back(frame.ref().number);
@@ -61,7 +75,7 @@ class PairingLog final : public BusSink {
   }
 
   std::vector<std::string> words;
-  std::vector<std::string> gaps;  ///< "hole 5+6": frames are missing before frame 5; "silence 5+6": perhaps
+  std::vector<std::string> gaps;  ///< "hole 5+6": frames are missing before frame 5; "skip 5+6", "silence 5+6": perhaps
   /// "5+6 again 7": frame 7 is frame 5 once more, which had come back as 6; "5+8 late after 7": it came back then.
   std::vector<std::string> repeats;
   std::vector<FrameNo> sent;

@@ -616,6 +616,27 @@ TEST(PairingGap, WhatWasInFlightWhereIndicesSkipIsUndecided) {
   EXPECT_EQ(result.statistics.first_gap.number, 82U);
 }
 
+TEST(PairingGap, SkippedIndicesAreNoCertainGapWhereBothCopiesOfAllFramesAreThere) {
+  const Paired result = PairUp(Numbered(40, 0, 256) + Numbered(40, 43, 256));
+  EXPECT_THAT(result.log.gaps, ElementsAre("skip 81+82"));
+  EXPECT_EQ(result.statistics.gaps, 0U);
+  EXPECT_EQ(result.statistics.skips, 0U);  // three more frames need 4 ms at this rate, 1 ms passed
+}
+
+TEST(PairingGap, SkippedIndicesCountWhereTheSenderHadTheTimeForThem) {
+  const std::string later = "+2ms FPRD 0x1001:0x0130 08 00 idx=41\n";
+  const Paired result = PairUp(Numbered(40, 0, 256) + later + Numbered(40, 42, 256));
+  EXPECT_THAT(result.log.gaps, ElementsAre("skip 81+82"));
+  EXPECT_EQ(result.statistics.skips, 1U);
+  EXPECT_EQ(result.statistics.first_skip.number, 81U);
+}
+
+TEST(PairingGap, SkippedIndicesAreAGapWhereACopyWasMissingBefore) {
+  const Paired result = PairUp(Numbered(20, 0, 256) + "+1ms FPRD 0x1001:0x0130 08 00 idx=20 @returned-only\n" +
+                               Numbered(20, 21, 256) + Numbered(40, 44, 256));
+  EXPECT_THAT(result.log.gaps, Contains("hole 82+83"));
+}
+
 TEST(PairingGap, WhereIndicesGoOnTheFrameIsLostHoweverLongTheMasterWaited) {
   const Paired result = PairUp(Numbered(40, 0, 16) + "+1ms FPRD 0x1001:0x0130 08 00 idx=8 @lost\n" +
                                "+6ms FPRD 0x1001:0x0130 08 00 idx=9\n" + Numbered(60, 10, 16));
@@ -929,6 +950,7 @@ TEST(PairingGap, IndicesThatSkipWithoutTimeForTheFramesBetweenAreNoGap) {
   const std::string skip = "FPRD 0x1001:0x0130 08 00 idx=100\n" + Numbered(30, 101, 256);
   EXPECT_THAT(PairUp(Numbered(40, 0, 256) + "+60us " + skip).log.gaps, IsEmpty());
   EXPECT_EQ(PairUp(Numbered(40, 0, 256) + "+60us " + skip).statistics.gaps, 0U);
+  EXPECT_THAT(PairUp(Numbered(40, 0, 256) + "+2ms " + skip).log.gaps, ElementsAre("skip 81+82"));
   EXPECT_THAT(PairUp(Numbered(40, 0, 256) + "+60ms " + skip).log.gaps, ElementsAre("hole 81+82"));
 }
 
@@ -957,7 +979,7 @@ TEST(PairingGap, StampsThatFramesShareDoNotShowThatThereWasNoTime) {
   for (int i = 113; i < 200; ++i) after += "FPRD 0x1001:0x0130 08 00 idx=" + std::to_string(i) + "\n+53us ";
   after += "FPRD 0x1001:0x0130 08 00 idx=200\n";
   const Paired result = PairUp(before + "+690us " + after);
-  EXPECT_THAT(result.log.gaps, ElementsAre("hole 201+202"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("skip 201+202"));
 }
 
 TEST(PairingGap, IndicesThatSkipWhileAFrameIsInFlightAreAGapHoweverSoon) {

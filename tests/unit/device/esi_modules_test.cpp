@@ -83,6 +83,27 @@ TEST_F(EsiModules, MoveWithTheirSlot) {
   EXPECT_NE(device.dictionary->Find(0x2000, 0), nullptr);
 }
 
+TEST(EsiModuleTexts, OfTheModulesInTheSlots) {
+  const auto texts = [](std::string_view id, std::string_view text) {
+    return "<Profile><DiagMessages><DiagMessage><TextId>" + std::string(id) + "</TextId><MessageText LcId=\"1033\">" +
+           std::string(text) + "</MessageText></DiagMessage></DiagMessages></Profile>";
+  };
+  const auto file = ReadEsi(
+      "<EtherCATInfo><Vendor><Id>1</Id></Vendor><Descriptions><Devices><Device><Type ProductCode=\"2\">C</Type>" +
+      texts("1", "of the coupler") + "<Slots/></Device></Devices><Modules><Module><Type ModuleIdent=\"16\">A</Type>" +
+      texts("7", "short circuit") + "</Module><Module><Type ModuleIdent=\"17\">B</Type>" + texts("7", "open load") +
+      "</Module><Module><Type ModuleIdent=\"18\">C</Type>" + texts("1", "of the module") +
+      "</Module></Modules></Descriptions></EtherCATInfo>");
+  ASSERT_TRUE(file) << file.error().message;
+  const auto of = [&](std::vector<std::uint32_t> idents) {
+    return WithModules(file->devices.at(0), idents).esi->diagnosis_texts;
+  };
+  EXPECT_EQ(of({}), (mailbox::DiagnosisTexts{{1, "of the coupler"}}));
+  EXPECT_EQ(of({16, 16}), (mailbox::DiagnosisTexts{{1, "of the coupler"}, {7, "short circuit"}}));
+  EXPECT_EQ(of({16, 17}), (mailbox::DiagnosisTexts{{1, "of the coupler"}})) << "which of the two is not known";
+  EXPECT_EQ(of({18}), (mailbox::DiagnosisTexts{{1, "of the coupler"}}));
+}
+
 TEST_F(EsiModules, EmptySlotsAreKnown) {
   const DeviceDescription device = With({});
   EXPECT_FALSE(device.esi->misses_modules());

@@ -247,6 +247,53 @@ TEST(EsiReader, ReadsInitCommandsAndWhatCoeOffers) {
   ASSERT_EQ(device.mailbox.protocols.size(), 2U);
 }
 
+TEST(EsiReader, ReadsInitCommandsOfOtherProtocols) {
+  // AoE: a write of 2 bytes to index group 0x4020, offset 8.
+  const auto file = ReadEsi(R"(<EtherCATInfo><Descriptions><Devices><Device><Type ProductCode="1">x</Type><Mailbox>
+      <AoE AdsRouter="1"><InitCmd><Transition>PS</Transition><Data>000000000000011000000000000000200300040010000000
+        </Data></InitCmd><InitCmd><Transition>PS</Transition>
+        <Data>00000000000001100000000000000020030004000e0000000000000007000000204000000800000002000000abcd</Data>
+        </InitCmd></AoE>
+      <EoE IP="1"><InitCmd><Transition>IP</Transition><Type>2</Type><Data>01</Data></InitCmd></EoE>
+      <SoE ChannelCount="2"><InitCmd Chn="1"><Transition>PS</Transition><Transition>SO</Transition><IDN>32</IDN>
+        <Data>0B00</Data><Comment>mode</Comment></InitCmd>
+        <InitCmd><Transition>PS</Transition><IDN>#x80C8</IDN></InitCmd><Vendor>skipped</Vendor></SoE>
+      </Mailbox></Device></Devices></Descriptions></EtherCATInfo>)");
+  ASSERT_TRUE(file) << file.error().message;
+  const EsiDetails& esi = *file->devices.at(0).esi;
+  EXPECT_TRUE(esi.init_commands.empty());
+  ASSERT_EQ(esi.mailbox_commands.size(), 5U);
+  const EsiMailboxCommand& cut = esi.mailbox_commands[0];
+  EXPECT_EQ(cut.protocol, mailbox::Protocol::kAoE);
+  EXPECT_EQ(cut.number, 0) << "no whole message";
+  EXPECT_TRUE(cut.data.empty());
+  const EsiMailboxCommand& aoe = esi.mailbox_commands[1];
+  EXPECT_EQ(aoe.number, 3) << "ADS write";
+  EXPECT_EQ(aoe.data, (std::vector<std::uint8_t>{0x20, 0x40, 0, 0, 8, 0, 0, 0, 0xAB, 0xCD}));
+  const EsiMailboxCommand& eoe = esi.mailbox_commands[2];
+  EXPECT_EQ(eoe.protocol, mailbox::Protocol::kEoE);
+  EXPECT_EQ(eoe.number, 2);
+  EXPECT_THAT(eoe.transitions, ElementsAre("IP"));
+  const EsiMailboxCommand& soe = esi.mailbox_commands[3];
+  EXPECT_EQ(soe.protocol, mailbox::Protocol::kSoE);
+  EXPECT_EQ(soe.drive, 1);
+  EXPECT_EQ(soe.number, 32);
+  EXPECT_EQ(soe.data, (std::vector<std::uint8_t>{0x0B, 0}));
+  EXPECT_EQ(soe.comment, "mode");
+  EXPECT_THAT(soe.transitions, ElementsAre("PS", "SO"));
+  EXPECT_EQ(esi.mailbox_commands[4].drive, std::nullopt) << "not stated";
+  EXPECT_EQ(esi.mailbox_commands[4].number, 0x80C8);
+}
+
+TEST(EsiReader, BoundsInitCommandsOfAllProtocolsTogether) {
+  std::string coe, soe;
+  for (int i = 0; i < 5'001; ++i) (coe += "<InitCmd/>", soe += "<InitCmd/>");
+  const auto file =
+      ReadEsi("<EtherCATInfo><Descriptions><Devices><Device><Type ProductCode=\"1\">x</Type><Mailbox><CoE>" + coe +
+              "</CoE><SoE>" + soe + "</SoE></Mailbox></Device></Devices></Descriptions></EtherCATInfo>");
+  EXPECT_THAT(file.error().message, HasSubstr("more than 10,000 init commands"));
+}
+
 TEST(EsiReader, BoundsWhatEachRefusalLooksThrough) {
   const auto with = [](const std::string& commands, const std::string& name) {
     return ReadEsi("<EtherCATInfo><Descriptions><Devices><Device><Type ProductCode=\"1\">x</Type><Name>" + name +

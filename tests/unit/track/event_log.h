@@ -37,8 +37,8 @@ inline const char* Name(Acceptance acceptance) {
 
 /// "found 0", "address 0 = 0x1001", "address 1 = 0x1001 as 0", "count 3", "count 3 -> 2", "sent 0 <- 0x0002",
 /// "request 0 <- 0x0002 accepted", "state 0 0x0001 -> 0x0002", "code 0 0x0017", "forgotten 0",
-/// "repeat 0 requested", "logical LRW 0x00001000 wkc 3", "lost 5", "hole 5", "silence 5", "run 5 (clock)", "run 5 (set
-/// up)".
+/// "repeat 0 requested", "logical LRW 0x00001000 wkc 3", "lost 5", "hole 5", "skip 5", "silence 5", "run 5 (clock)",
+/// "run 5 (set up)".
 class EventLog final : public EventBus {
  public:
   EventLog() {
@@ -73,7 +73,9 @@ class EventLog final : public EventBus {
   void On(const RunBegan& e) {
     Say("run " + std::to_string(e.frame.number) + (e.reason == RunBegan::Reason::kClock ? " (clock)" : " (set up)"));
   }
-  void On(const CaptureGap& e) { Say((e.certain ? "hole " : "silence ") + std::to_string(e.frame.number)); }
+  void On(const CaptureGap& e) {
+    Say((e.certain ? "hole " : e.skip ? "skip " : "silence ") + std::to_string(e.frame.number));
+  }
   void On(const LogicalAccess& e) {
     Say("logical " + std::string(wire::Name(e.command)) + " " + Hex(e.address, 8) + " wkc " + std::to_string(e.wkc) +
         (e.assumed ? " assumed" : ""));
