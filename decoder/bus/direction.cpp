@@ -158,7 +158,7 @@ bool DirectionLearner::ReadBothCopies() noexcept {
   for (Sender& s : senders()) {
     Facts<BothCopiesFact> facts{};
     facts.Set(BothCopiesFact::kBothBits, s.signs.bit_clear > 0 && s.signs.bit_set > 0);
-    facts.Set(BothCopiesFact::kPairs, s.pairs.AreOf(s.frames()));
+    facts.Set(BothCopiesFact::kPairs, s.pairs.AreEnough(s.frames()));
     facts.Set(BothCopiesFact::kPorts, s.pairs.RunFromPortToPort());
     facts.Set(BothCopiesFact::kFlags, s.signs.flag_in > 0 && s.signs.flag_out > 0);
     s.reading = Decide(kReadBothCopies, facts);
@@ -203,20 +203,33 @@ Direction DirectionLearner::Classify(const wire::FrameView& frame) const noexcep
     return frame.mac_bit() || bit_is_no_evidence_ ? Direction::kByPair : Direction::kOutbound;
   }
   const Direction by_bit = frame.mac_bit() ? Direction::kReturned : Direction::kOutbound;
-  const Reading reading = sender->reading;
-  if (reading == Reading::kMacBit) return by_bit;
-  if (reading == Reading::kUnknown || reading == Reading::kForeign) return Direction::kForeign;
   // In the window all frames of this sender had the same bit. One that differs
   // is a copy from another place.
-  if (frame.mac_bit() != (sender->signs.bit_set > 0)) return by_bit;
-  if (reading == Reading::kAllReturned) return Direction::kReturned;
-  // Slaves that were plugged in since then count.
-  if (reading == Reading::kAllOutbound && !AnyWorkingCounter(frame)) return Direction::kOutbound;
-  if (reading == Reading::kByPort && PortOf(frame) == sender->pairs.port_out) return Direction::kOutbound;
-  if (reading == Reading::kByPort && PortOf(frame) == sender->pairs.port_back) return Direction::kReturned;
-  if (reading == Reading::kByFlag && frame.flag() == capture::PacketFlag::kOutbound) return Direction::kOutbound;
-  if (reading == Reading::kByFlag && frame.flag() == capture::PacketFlag::kInbound) return Direction::kReturned;
-  return Direction::kByPair;
+  const bool bit_differs = frame.mac_bit() != (sender->signs.bit_set > 0);
+  switch (sender->reading) {
+    case Reading::kMacBit:
+      return by_bit;
+    case Reading::kByPort:
+      if (bit_differs) return by_bit;
+      if (PortOf(frame) == sender->pairs.port_out) return Direction::kOutbound;
+      return PortOf(frame) == sender->pairs.port_back ? Direction::kReturned : Direction::kByPair;
+    case Reading::kByFlag:
+      if (bit_differs) return by_bit;
+      if (frame.flag() == capture::PacketFlag::kOutbound) return Direction::kOutbound;
+      return frame.flag() == capture::PacketFlag::kInbound ? Direction::kReturned : Direction::kByPair;
+    case Reading::kByPair:
+      return bit_differs ? by_bit : Direction::kByPair;
+    case Reading::kAllReturned:
+      return bit_differs ? by_bit : Direction::kReturned;
+    case Reading::kAllOutbound:
+      if (bit_differs) return by_bit;
+      // Slaves that were plugged in since then count.
+      return AnyWorkingCounter(frame) ? Direction::kByPair : Direction::kOutbound;
+    case Reading::kUnknown:
+    case Reading::kForeign:
+      return Direction::kForeign;
+  }
+  return Direction::kForeign;
 }
 
 bool DirectionLearner::JoinedLate(const wire::FrameView& frame) const noexcept {

@@ -39,8 +39,8 @@ struct CopyPairs {
   std::optional<std::uint16_t> slaves;        ///< that a frame has passed on its way back
 
   void Add(const wire::FrameView& frame) noexcept;
-  /// Of nearly all of so many frames.
-  [[nodiscard]] bool AreOf(std::uint32_t frames) const {
+  /// True when enough of `frames` are in pairs to show that both copies are there; unanswered polls form none.
+  [[nodiscard]] bool AreEnough(std::uint32_t frames) const {
     return frames > 1 && pairs * threshold::kPairsOneIn >= frames;
   }
   [[nodiscard]] bool RunFromPortToPort() const {
@@ -76,12 +76,12 @@ struct Repetitions {
   std::uint32_t index_changes = 0;  ///< frames with another index than the one before
 
   void Add(const wire::FrameView& frame) noexcept;
-  /// So many frames are repeated after time-outs.
+  /// True when enough of `frames` are repeated for slaves that do not answer.
   [[nodiscard]] bool AreTimeOuts(std::uint32_t frames) const {
     return repeated >= threshold::kRepeatedFrames && repeated * threshold::kRepeatedOneIn >= frames &&
            index_changes >= threshold::kIndexChanges;
   }
-  /// So many frames are numbered.
+  /// True when the index changes often enough in `frames` for a master that numbers them.
   [[nodiscard]] bool AreNumbered(std::uint32_t frames) const {
     return index_changes * threshold::kNumberedOneIn >= frames;
   }
@@ -103,9 +103,9 @@ struct Likeness {
   };
   /// One frame and the last ones of others.
   struct Match {
-    bool alike = false;     ///< another sender has asked for the same lately, ...
-    bool copy = false;      ///< ... at once, ...
-    bool accepted = false;  ///< ... and each slave named took part in both
+    bool alike = false;     ///< another sender has asked for the same lately
+    bool copy = false;      ///< ... at once
+    bool accepted = false;  ///< ... lately or at once, and each slave named took part in both
     bool echo = false;      ///< it has the index of one, within a round trip: the same, or one is a broadcast
   };
 
