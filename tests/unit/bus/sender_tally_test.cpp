@@ -3,6 +3,8 @@
 // set.
 #include "decoder/bus/sender_tally.h"
 
+#include <string>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/trace_builder.h"
@@ -19,6 +21,28 @@ void ForEachFrame(const char* text, Each each) {
   while (source.Next(frame) == capture::ReadStatus::kFrame) each(wire::FrameView::Parse(frame));
 }
 
+TEST(SenderTally, SignsAreWhatEachFrameShowsByItself) {
+  struct Row {
+    const char* trace;
+    std::uint32_t bit_clear, bit_set, counted, exchanged;
+  };
+  for (const Row& row : {
+           Row{"+0us LRW 0x10000 00 00 wkc=3", 1, 1, 1, 1},
+           Row{"+0us LRW 0x10000 00 00 wkc=0", 1, 1, 0, 0},
+           Row{"+0us FPRD 0x1001:0x0130 01 00", 1, 1, 1, 0},
+           Row{"@out-only\n+0us FPRD 0x1001:0x0130 01 00 swkc=1", 1, 0, 1, 0},
+           Row{"@returned-only\n+0us FPRD 0x1001:0x0130 01 00 wkc=0", 0, 1, 0, 0},
+       }) {
+    SCOPED_TRACE(row.trace);
+    FrameSigns signs;
+    ForEachFrame(row.trace, [&](const wire::FrameView& frame) { signs.Add(frame); });
+    EXPECT_EQ(signs.bit_clear, row.bit_clear);
+    EXPECT_EQ(signs.bit_set, row.bit_set);
+    EXPECT_EQ(signs.counted, row.counted);
+    EXPECT_EQ(signs.exchanged, row.exchanged);
+  }
+}
+
 TEST(SenderTally, BothCopiesAreFoundByWhatSlavesChange) {
   struct Row {
     const char* trace;
@@ -29,9 +53,9 @@ TEST(SenderTally, BothCopiesAreFoundByWhatSlavesChange) {
   for (const Row& row : {
            Row{"@slaves 3\n+0us BRD 0x0130 01 00", 1, 0, 0, 3, false},
            Row{"+0us FPRD 0x1001:0x0130 01 00", 1, 0, 0, {}, false},
-           Row{"+0us FPRD 0x1001:0x0130 01 00 wkc=0", 0, 0, 0, {}, false},                      // comes back as sent
-           Row{"@out-only\n+0us BRD 0x0130 01 00\n+1ms BRD 0x0130 01 00", 0, 0, 0, {}, false},  // other indices
-           Row{"+0us FPRD 0x1001:0x0130 01 00 swkc=1 wkc=2", 1, 1, 0, {}, false},               // a slave was before
+           Row{"+0us FPRD 0x1001:0x0130 01 00 wkc=0", 0, 0, 0, {}, false},  // comes back as sent
+           Row{"@out-only\n+0us FPRD 1:0 00 idx=7\n+1ms FPRD 1:0 00 idx=8 swkc=1", 0, 0, 0, {}, false},  // two frames
+           Row{"+0us FPRD 0x1001:0x0130 01 00 swkc=1 wkc=2", 1, 1, 0, {}, false},  // a slave was before
            Row{"@two-interfaces\n+0us FPRD 0x1001:0x0130 01 00", 1, 0, 0, {}, true},
            Row{"+0us BRD 0x0130 00 00 radp=0 wkc=0", 0, 0, 1, {}, false},
        }) {
@@ -43,6 +67,28 @@ TEST(SenderTally, BothCopiesAreFoundByWhatSlavesChange) {
     EXPECT_EQ(pairs.passed_no_slave, row.passed_no_slave);
     EXPECT_EQ(pairs.slaves, row.slaves);
     EXPECT_EQ(pairs.RunFromPortToPort(), row.ports);
+  }
+}
+
+TEST(SenderTally, ReturnsMayBeStampedBeforeTheyWereSent) {
+  struct Row {
+    const char *interfaces, *sent;
+    std::uint32_t back_first;
+  };
+  for (const Row& row : {
+           Row{"@two-interfaces", "+100us FPRD 1:0 00 idx=7", 1},
+           Row{"", "+100us FPRD 1:0 00 idx=7", 0},               // one clock: it is sent again
+           Row{"@two-interfaces", "+5ms FPRD 1:0 00 idx=7", 0},  // the next frame with that index
+           Row{"@two-interfaces", "+100us FPRD 1:0 00 idx=8", 0},
+           Row{"@two-interfaces", "+100us FPRD 1:0 00 idx=7 swkc=1", 0},  // it has come as far as the return
+       }) {
+    const std::string trace =
+        std::string(row.interfaces) + "\n@returned-only\n+0us FPRD 1:0 00 idx=7\n@out-only\n" + row.sent;
+    SCOPED_TRACE(trace);
+    CopyPairs pairs;
+    ForEachFrame(trace.c_str(), [&](const wire::FrameView& frame) { pairs.Add(frame); });
+    EXPECT_EQ(pairs.back_first, row.back_first);
+    EXPECT_EQ(pairs.pairs, 0U);
   }
 }
 
