@@ -5,6 +5,8 @@
 #include <optional>
 
 #include "analyzers/model/slave_model.h"
+#include "analyzers/result/finding.h"
+#include "analyzers/result/reason.h"
 
 namespace ecaudit {
 

@@ -5,6 +5,7 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/judge/shared_notes.h"
 #include "analyzers/model/model_events.h"
+#include "analyzers/model/slave_model.h"
 
 namespace ecaudit {
 

@@ -13,7 +13,7 @@ namespace {
 constexpr TimeNs kSameCycle = 10;
 /// Families print their limits for cycles of whole steps of this, ns.
 constexpr TimeNs kCycleStep = 10'000;
-/// Frames: a quarter of those that a new rhythm rests on. If so many are missing, it may be the old one.
+/// Frames: a quarter of those that a new rhythm rests on. If that number is missing, it may be the old one.
 constexpr std::uint64_t kManyMissing = kEnoughIntervals / 4;
 
 }  // namespace

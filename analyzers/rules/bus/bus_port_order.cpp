@@ -10,6 +10,7 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/entry_port.h"
 #include "analyzers/model/slave_model.h"
+#include "decoder/bus/pairing_statistics.h"
 #include "decoder/bus/slave_set.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/track/access.h"

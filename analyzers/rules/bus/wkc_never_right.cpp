@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -36,17 +38,30 @@ constexpr FindingKind kNever{
 
 constexpr FindingKind kNone{
     .name = "none-counts",
-    .title = "No slave counts in process data: working counter 0 in {frames}",
+    .title =
+        "[{?none_active}No FMMU is active: working counter 0 in {frames}]"
+        "[{!none_active}No slave counts in process data: working counter 0 in {frames}]",
     .message =
         R"(From {frame} to {last_frame} the master sends {frames} with logical addresses, the last by {command}. All of
-them return with working counter 0. AL Status shows {witness} in {state}. So no active FMMU of any slave maps these
-addresses, or no sync manager is enabled.)",
+them return with working counter 0. AL Status shows {witness} in {state}.[{?none_active} The FMMUs of all slaves are known,
+and none is active.][{!none_active} So no active FMMU of any slave maps these addresses, or no sync manager is enabled.])",
     .next =
-        R"(Read the FMMUs (0x0600) and sync managers (0x0800) of the slaves, and compare the logical addresses. Capture
-the start-up.)",
+        R"([{?none_active}Write the FMMUs (0x0600) before SAFEOP is requested, with the addresses of these
+datagrams.][{!none_active}Read the FMMUs (0x0600) and sync managers (0x0800) of the slaves, and compare the logical
+addresses. Capture the start-up.])",
     .identity = ""};
 
-constexpr const FindingKind* kKinds[] = {&kNoLrw, &kNever, &kNone};
+constexpr FindingKind kElsewhere{
+    .name = "elsewhere",
+    .title = "Process data at {address}, but FMMUs map {mapped} to {mapped_last}",
+    .message =
+        R"(From {frame} to {last_frame} the master sends {frames} with logical addresses, the last by {command}. They are
+from {address} to {address_last}, and all return with working counter 0. The FMMUs of all slaves are known: the active
+ones map {mapped} to {mapped_last}. AL Status shows {witness} in {state}.)",
+    .next = "Send process data to the logical addresses that the FMMUs map, or write the FMMUs for these addresses.",
+    .identity = ""};
+
+constexpr const FindingKind* kKinds[] = {&kNoLrw, &kNever, &kNone, &kElsewhere};
 
 constexpr RuleInfo kInfo{.id = "wkc-never-right",
                          .group = "Frame and bus",
@@ -75,7 +90,8 @@ The finding needs all of these:
 - No working counter shows that it did. If OP was not requested, this holds for the whole capture.
 
 A warning of the bus (`none-counts`) needs no FMMU: at least 20 datagrams with logical addresses over 250 ms, all with
-working counter 0, while AL Status shows a slave in SAFEOP or OP.
+working counter 0, while AL Status shows a slave in SAFEOP or OP. If the FMMUs of all slaves are known, and the active
+ones map other addresses only, it is an error (`elsewhere`).
 
 In SAFEOP without such a request the finding is a warning. The reason is the use of LRW if the datagrams are LRW and
 bit 9 of the ESC features (0x0008) is 1.
@@ -143,6 +159,7 @@ class WkcNeverRight final : public Rule {
     none_.last = e.returned;
     none_.command = e.command;
     ++none_.count;
+    unanswered_.Add(e.address, e.length);
   }
 
   void Finish() override {
@@ -156,6 +173,18 @@ class WkcNeverRight final : public Rule {
     FrameRef first, last;
     wire::Command command = wire::Command::NOP;
     std::uint64_t count = 0;
+  };
+  /// From the lowest to the highest logical address of some data.
+  struct Span {
+    std::uint64_t first = ~std::uint64_t{0}, end = 0;
+
+    void Add(std::uint64_t address, std::uint64_t bytes) {
+      if (bytes == 0) return;
+      first = std::min(first, address);
+      end = std::max(end, address + bytes);
+    }
+    [[nodiscard]] bool empty() const { return end == 0; }
+    [[nodiscard]] bool Meets(const Span& other) const { return first < other.end && other.first < end; }
   };
   struct Watched {
     FrameRef request;                       ///< the first of OP; unset: none, or not in SAFEOP
@@ -218,7 +247,16 @@ class WkcNeverRight final : public Rule {
       if (other.rule == "wkc-mismatch") return;
     }
     const bool op = context().slave(*witness_).al.SettledIn(esc::AlState::OP);
-    Finding finding = Found(kNone, kNoSlave, none_.first);
+    const std::optional<Span> mapped = Mapped();
+    const bool elsewhere = mapped && !mapped->empty() && !mapped->Meets(unanswered_);
+    Finding finding = Found(elsewhere ? kElsewhere : kNone, kNoSlave, none_.first);
+    if (elsewhere) {
+      finding.Set("address", arg::Hex(unanswered_.first, 8))
+          .Set("address_last", arg::Hex(unanswered_.end - 1, 8))
+          .Set("mapped", arg::Hex(mapped->first, 8))
+          .Set("mapped_last", arg::Hex(mapped->end - 1, 8));
+    }
+    if (mapped && mapped->empty()) finding.Set("none_active", arg::Flag());
     finding.last = none_.last;
     finding.Set("frames", arg::Count(none_.count, "datagram"))
         .Set("command", arg::Text(wire::Name(none_.command)))
@@ -226,13 +264,27 @@ class WkcNeverRight final : public Rule {
         .Set("witness", arg::Slave(*witness_, context().Label(*witness_)))
         .Set("state", arg::State(static_cast<std::uint8_t>(op ? esc::AlState::OP : esc::AlState::SAFEOP)));
     AddRelated(finding, none_.last.number);
-    (void)Report(4, Severity::kWarning, std::move(finding));
+    (void)Report(4, elsewhere ? Severity::kError : Severity::kWarning, std::move(finding));
+  }
+
+  /// What the active FMMUs map; nothing if some slave may have others.
+  [[nodiscard]] std::optional<Span> Mapped() const {
+    const std::uint16_t* const count = context().network().slave_count().if_known();
+    if (count == nullptr || *count > context().slave_count()) return std::nullopt;
+    Span mapped;
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
+      const track::KnownFmmus& known = context().network().fmmus(static_cast<SlaveId>(s));
+      if (!known.all) return std::nullopt;
+      for (const track::KnownFmmus::Unit& unit : known.active) mapped.Add(unit.fmmu.logical_start, unit.fmmu.length);
+    }
+    return mapped;
   }
 
   static constexpr Word kOutputs{"outputs", "outputs", true};
   static constexpr Word kInputs{"inputs", "inputs", true};
   std::map<SlaveId, Watched> slaves_;  // those that OP was requested of, or that did not count
-  Missed none_;                        ///< logical datagrams that no slave counted in
+  Missed none_;                        ///< logical datagrams that no slave counted in ...
+  Span unanswered_;                    ///< ... and where these are
   bool counted_ = false;               ///< one has a working counter
   std::optional<SlaveId> witness_;     ///< in SAFEOP or OP
   unsigned looked_ = 0;

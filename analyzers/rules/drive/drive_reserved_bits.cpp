@@ -5,6 +5,7 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/progress/progress_model.h"
+#include "analyzers/words/drive_text.h"
 #include "analyzers/words/what.h"
 
 namespace ecaudit::drive_reserved_bits {

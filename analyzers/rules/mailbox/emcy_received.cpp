@@ -19,6 +19,7 @@
 #include "decoder/esc/sync_manager.h"
 #include "decoder/mailbox/emergency.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit::emcy_received {
 namespace {

@@ -1,3 +1,4 @@
+#include "analyzers/judge/rule_context.h"
 #include "analyzers/judge/startup_rule.h"
 
 namespace ecaudit::startup_step_missing {

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "analyzers/judge/rule_context.h"
 #include "analyzers/judge/startup_rule.h"
 
 namespace ecaudit::startup_step_unexpected {
