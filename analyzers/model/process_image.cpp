@@ -5,7 +5,6 @@
 #include <iterator>
 #include <span>
 
-#include "analyzers/model/inputs_given.h"
 #include "decoder/base/text.h"
 #include "decoder/base/wrapping.h"
 #include "decoder/esc/bit_copy.h"
@@ -315,8 +314,7 @@ void ProcessImage::Clear(Entry& entry) {
   entry.version = version_;
   entry.parts.clear();
   entry.splits.clear();
-  entry.by_eni = false;
-  entry.eni_counter.reset();
+  entry.eni = {};
 }
 
 void ProcessImage::AddSlave(Entry& entry, SlaveId slave) {
@@ -456,7 +454,7 @@ void ProcessImage::AddByEni(Entry& entry) {
       AddByEni(entry, number, PdoDirection::kTx, *command->input_offset);
     }
   }
-  if (entry.by_eni) entry.eni_counter = command->expected_wkc;
+  if (entry.eni.any) entry.eni.counter = command->expected_wkc;
 }
 
 /// The slave with this number in the ENI; one that is met counts.
@@ -497,7 +495,8 @@ void ProcessImage::AddByEni(Entry& entry, std::size_t number, PdoDirection direc
   if (part.runs.empty()) return;
   SumUp(part);
   if (part.layout->known()) PlaceByEni(part, pieces, before, begin, end);
-  entry.by_eni = true;
+  entry.eni.any = true;
+  ++(direction == PdoDirection::kTx ? entry.eni.inputs : entry.eni.outputs);
   Add(entry, std::move(part));
 }
 
@@ -539,64 +538,6 @@ void ProcessImage::BuildDirect(Entry& entry, SlaveId slave, EscAddress address) 
   }
 }
 
-ProcessImage::Counted ProcessImage::Count(const Entry& entry, const track::LogicalAccess& access,
-                                          const LogicalExpectation& expectation) const {
-  if (access.assumed) return {Exchange::kUnknown, Exchange::kInferred};
-  if (!access.returned.seen() || access.circulating) return {};
-  // How many slaves can count for inputs and for outputs.
-  unsigned inputs = expectation.inputs;
-  unsigned outputs = expectation.outputs;
-  if (entry.by_eni) {
-    for (const ImagePart& part : entry.parts) {
-      if (!part.by_eni) continue;
-      inputs += part.direction == PdoDirection::kTx ? 1U : 0U;
-      outputs += part.direction == PdoDirection::kRx ? 1U : 0U;
-    }
-  }
-  const unsigned step = access.command == wire::Command::LRW ? 2 : 1;
-  if (access.command == wire::Command::LWR) inputs = 0;
-  if (access.command == wire::Command::LRD) outputs = 0;
-  const unsigned full = inputs + step * outputs;
-  const unsigned wkc = access.wkc;
-  if (wkc == 0) return {Exchange::kNo, Exchange::kNo};
-  if (entry.eni_counter) {
-    // The ENI counts slaves that this file's reader need not know of (mailbox states mapped by FMMU).
-    if (wkc == *entry.eni_counter) return {Exchange::kInferred, Exchange::kInferred};
-    return {};
-  }
-  if (!expectation.mapping_known && !entry.by_eni) {
-    if (wkc >= full) return {Exchange::kInferred, Exchange::kInferred};
-    return {};
-  }
-
-  // wkc = i + step * o with i <= inputs and o <= outputs: which i and o are possible?
-  const unsigned o_least = wkc > inputs ? (wkc - inputs + step - 1) / step : 0;
-  const unsigned o_most = std::min(outputs, wkc / step);
-  if (o_least > o_most) return {};
-  const auto assess = [](unsigned least, unsigned most, unsigned all) {
-    if (least == all) return Exchange::kYes;
-    return most == 0 ? Exchange::kNo : Exchange::kUnknown;
-  };
-  Counted counted{assess(wkc - step * o_most, wkc - step * o_least, inputs), assess(o_least, o_most, outputs)};
-  if (counted.inputs != Exchange::kUnknown || inputs == 0) return counted;
-  // Slaves in SAFEOP and OP give their inputs.
-  for (const LogicalShare& share : expectation.shares) {
-    const esc::AlWord* status = network_.state(share.slave).al_status.if_known();
-    if (share.inputs && (status == nullptr || status->state() < static_cast<std::uint8_t>(esc::AlState::SAFEOP))) {
-      return counted;
-    }
-  }
-  Counting others;
-  others.step = step;
-  others.inputs = others.miss = inputs - expectation.inputs;
-  others.take = outputs - expectation.outputs;
-  if (!AllInputsGiven(expectation, slaves_, others, wkc)) return counted;
-  const unsigned o = (wkc - inputs) / step;
-  counted.inputs = Exchange::kInferred;
-  counted.outputs = o == outputs ? Exchange::kInferred : o == 0 ? Exchange::kNo : Exchange::kUnknown;
-  return counted;
-}
-
 /// Hands the cycle over with the signals put together that do not lie in one piece.
 void ProcessImage::Deliver(Entry& entry, std::size_t part, ProcessCycle& cycle, ProcessSink& sink) {
   const auto split =
@@ -623,7 +564,7 @@ bool ProcessImage::Read(const track::LogicalAccess& access, const LogicalExpecta
   }
   if (entry.parts.empty()) return false;
   work_ += entry.parts.size();
-  const Counted counted = Count(entry, access, expectation);
+  const ExchangeOfAll counted = CountExchange(access, expectation, entry.eni, network_, slaves_);
   const bool lost = !access.returned.seen() && !access.assumed;
   const bool given = counted.inputs == Exchange::kYes || counted.inputs == Exchange::kInferred;
   const ByteSpan inputs = given ? access.returned_data : ByteSpan();

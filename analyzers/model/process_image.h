@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "analyzers/model/exchange.h"
+#include "analyzers/model/exchange_count.h"
 #include "analyzers/model/logical_expectation.h"
 #include "analyzers/model/logical_kinds.h"
 #include "analyzers/model/process_data.h"
@@ -133,17 +134,12 @@ class ProcessImage {
     Version version;               ///< what it rests on
     std::vector<ImagePart> parts;  ///< by slave; those of the ENI at the end
     std::vector<Split> splits;
-    bool by_eni = false;                       ///< some part is
-    std::optional<std::uint16_t> eni_counter;  ///< working counter that the ENI expects
+    EniCounts eni;
   };
   /// A slave of the ENI that was not met.
   struct Unmet {
     std::unique_ptr<track::SlaveState> state;
     std::unique_ptr<SlaveModel> model;
-  };
-  struct Counted {
-    Exchange inputs = Exchange::kUnknown;
-    Exchange outputs = Exchange::kUnknown;
   };
   // What takes about as long as updating a slave does, or how many times as long.
   static constexpr std::uint64_t kLooksPerSlave = 16;
@@ -167,8 +163,6 @@ class ProcessImage {
   void AddByEni(Entry& entry, std::size_t number, device::PdoDirection direction, std::uint32_t image_offset);
   [[nodiscard]] bool FindModel(ImagePart& part, std::size_t number);
   void Deliver(Entry& entry, std::size_t part, ProcessCycle& cycle, ProcessSink& sink);
-  [[nodiscard]] Counted Count(const Entry& entry, const track::LogicalAccess& access,
-                              const LogicalExpectation& expectation) const;
   [[nodiscard]] const SlaveModel& UnmetSlave(std::size_t number);
 
   const track::Network& network_;
