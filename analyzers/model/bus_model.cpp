@@ -1,12 +1,10 @@
 #include "analyzers/model/bus_model.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
-#include "decoder/esc/sii.h"
 
 namespace ecaudit::model {
 namespace {
@@ -16,14 +14,12 @@ bool HasProcessData(std::uint8_t state) {
   return state >= static_cast<std::uint8_t>(esc::AlState::SAFEOP);
 }
 
-constexpr std::uint16_t kIdentityObject = 0x1018;
-constexpr std::uint16_t kDeviceName = 0x1008;
-
 }  // namespace
 
 BusModel::BusModel(const track::Network& network, const AnalysisOptions& options, EventBus& bus)
     : network_(network),
       events_(bus),
+      al_limits_(options),
       choice_(options),
       image_(network, slaves_, choice_,
              options.files != nullptr && options.files->eni ? &options.files->eni->content : nullptr),
@@ -33,12 +29,8 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
   const auto limit = [&](std::string_view name, std::int64_t& value) {
     const auto found = options.limits.find(name);
     if (found != options.limits.end()) value = found->second;
-    return found != options.limits.end();
   };
-  own_preop_limit_ = limit("al-timeout.preop", timeouts_.to_preop_ns);
-  own_op_limit_ = limit("al-timeout.safeop-op", timeouts_.to_safeop_or_op_ns);
-  own_down_limit_ = limit("al-timeout.down", timeouts_.downwards_ns);
-  al_wait_.SetTimeouts(timeouts_);
+  al_wait_.SetTimeouts(al_limits_.usual());
   limit("latch-ack-mismatch", latch_acknowledge_ns_);
   limit("drive-no-reaction", drive_limits_.reaction_ns);
   limit("drive-no-reaction.stop", drive_limits_.leaving_operation_ns);
@@ -54,12 +46,11 @@ BusModel::BusModel(const track::Network& network, const AnalysisOptions& options
 void BusModel::On(const track::SlaveFound& event) {
   slaves_.emplace_back(event.slave, network_.state(event.slave), limits_, events_);
   by_id_.push_back(&slaves_.back());
-  slaves_.back().al.SetTimeouts(timeouts_);
+  slaves_.back().al.SetTimeouts(al_limits_.usual());
   slaves_.back().set_up.Begin(network_.state(event.slave));
   slaves_.back().latch.SetAcknowledgeLimit(latch_acknowledge_ns_);
   slaves_.back().drives.SetLimits(drive_limits_);
-  seen_identities_.emplace_back().slave = event.slave;
-  eeprom_looks_.emplace_back();
+  identities_.emplace_back(event.slave);
   signalled_.OnSlave(event.slave);
   ChooseProfile(event.slave);
   // In a capture that begins in the run broadcasts may have shown it before it is met. Where a broadcast asked for a
@@ -77,33 +68,22 @@ void BusModel::On(const track::AddressAssigned& event) {
 }
 
 void BusModel::On(const track::IdentityLearned& event) {
-  track::IdentityLearned& known = seen_identities_[event.slave];
-  const auto differs = [](const auto& a, const auto& b) { return a && b && *a != *b; };
-  if (differs(known.vendor_id, event.vendor_id) || differs(known.product_code, event.product_code)) {
+  if (identities_[event.slave].Learn(event)) {
     SlaveModel& slave = slaves_[event.slave];
-    known.model.clear();
     slave.al.OnOtherDevice();
     slave.objects.Clear();
     slave.process.OnOtherDevice();
     image_.OnLayoutChanged(event.slave);
   }
-  const auto take = [](auto& to, const auto& from) {
-    if (from) to = from;
-  };
-  take(known.vendor_id, event.vendor_id);
-  take(known.product_code, event.product_code);
-  take(known.revision, event.revision);
-  take(known.serial, event.serial);
-  known.frame = event.frame;
-  known.source = event.source;
   ChooseProfile(event.slave);
 }
 
 void BusModel::ChooseProfile(SlaveId id) {
   SlaveModel& slave = slaves_[id];
-  choice_.Choose(network_.slaves()[id], seen_identities_[id], slave);
+  choice_.Choose(network_.slaves()[id], identities_[id].known(), slave);
   slave.al.SetFamily(*slave.profile);
-  slave.al.SetTimeouts(TimeoutsOf(slave));
+  slave.al.SetTimeouts(al_limits_.For(slave.profile->esi ? slave.profile->esi->timeouts : device::StateTimeouts{},
+                                      slave.eni != nullptr ? slave.eni->Waits() : device::StateTimeouts{}));
   const std::uint64_t layouts = slave.process.version();
   slave.process.SetFamily(*slave.profile);
   slave.latch.SetFamily(*slave.profile);
@@ -111,22 +91,6 @@ void BusModel::ChooseProfile(SlaveId id) {
   slave.drives.SetFamily(*slave.profile);
   slave.process.SetEni(slave.eni, choice_.eni());
   if (slave.process.version() != layouts) image_.OnLayoutChanged(id);
-}
-
-AlTimeouts BusModel::TimeoutsOf(const SlaveModel& slave) const {
-  AlTimeouts timeouts = timeouts_;
-  const auto take = [](bool own, const std::optional<TimeNs>& stated, std::int64_t& limit) {
-    if (!own && stated.value_or(0) > 0) limit = *stated;
-  };
-  const auto take_all = [&](const device::StateTimeouts& stated) {
-    take(own_preop_limit_, stated.preop, timeouts.to_preop_ns);
-    take(own_op_limit_, stated.safeop_op, timeouts.to_safeop_or_op_ns);
-    take(own_down_limit_, stated.back_to_init, timeouts.downwards_ns);
-  };
-  if (slave.profile->esi) take_all(slave.profile->esi->timeouts);
-  // A device may be given longer than its maker asks for, or the master give up earlier: what it does counts.
-  if (slave.eni != nullptr) take_all(slave.eni->Waits());
-  return timeouts;
 }
 
 void BusModel::On(const track::AlRequest& event) {
@@ -273,7 +237,7 @@ void BusModel::On(const track::SlaveAccess& access) {
 }
 
 void BusModel::On(const track::EepromRead& event) {
-  eeprom_looks_[event.slave].read = event.frame;
+  identities_[event.slave].OnEepromRead(event.frame);
   DescriptionChanged(event.slave);
 }
 void BusModel::On(const track::EepromWrite& event) {
@@ -282,71 +246,6 @@ void BusModel::On(const track::EepromWrite& event) {
 void BusModel::DescriptionChanged(SlaveId slave) {
   slaves_[slave].process.OnDescriptionChanged();
   image_.OnLayoutChanged(slave);
-}
-
-void BusModel::LearnModel(SlaveId id, std::string model, const FrameRef& frame) {
-  track::IdentityLearned& known = seen_identities_[id];
-  if (model.empty() || known.model == model) return;
-  known.model = std::move(model);
-  if (!known.frame.seen()) known.frame = frame;
-  ChooseProfile(id);
-}
-
-/// Object 1008h, the manufacturer's name of the device.
-void BusModel::LearnName(const mailbox::SdoTransfer& transfer) {
-  constexpr std::size_t kLongest = 128;
-  if (transfer.service != mailbox::SdoService::kUpload || transfer.outcome != mailbox::SdoOutcome::kCompleted ||
-      transfer.data_gap || transfer.data.size() > kLongest || !seen_identities_[transfer.slave].model.empty()) {
-    return;
-  }
-  std::string name(transfer.data.begin(), transfer.data.end());
-  while (!name.empty() && (name.back() == '\0' || name.back() == ' ')) name.pop_back();
-  LearnModel(transfer.slave, std::move(name), transfer.response);
-}
-
-void BusModel::TakeModel(SlaveId id) {
-  constexpr std::uint8_t kLooks = 16;  // the whole image is gone through
-  EepromLook& look = eeprom_looks_[id];
-  if (!look.read.seen() || look.looks >= kLooks || !seen_identities_[id].model.empty()) return;
-  ++look.looks;
-  const FrameRef read = std::exchange(look.read, {});
-  const esc::SiiContents contents = esc::ParseSii(network_.state(id).sii.image());
-  LearnModel(id, contents.VendorText(esc::kSiiVendorCategory), read);
-}
-
-/// Object 1018h shows what the EEPROM did not.
-void BusModel::LearnIdentity(const mailbox::SdoTransfer& transfer) {
-  if (transfer.service != mailbox::SdoService::kUpload || transfer.outcome != mailbox::SdoOutcome::kCompleted ||
-      transfer.data_gap || transfer.size_mismatch) {
-    return;
-  }
-  track::IdentityLearned& known = seen_identities_[transfer.slave];
-  const bool by_object = known.source == track::IdentityLearned::Source::kObject1018;
-  const bool first = !known.vendor_id && !known.product_code && !known.revision && !known.serial;
-  const auto product = known.product_code;
-  bool learned = false;
-  const auto learn = [&](std::optional<std::uint32_t>& to, std::size_t at) {
-    if (!Fits(transfer.data, at, 4)) return;
-    const auto value = LittleEndian<std::uint32_t>(transfer.data, at);
-    if (to == value || (to && !by_object)) return;
-    to = value;
-    learned = true;
-  };
-  const std::array fields{&known.vendor_id, &known.product_code, &known.revision, &known.serial};
-  if (transfer.complete_access) {
-    // Subindex 0 comes with a byte of padding.
-    const std::size_t begin = transfer.subindex == 0 ? 2 : 0;
-    for (std::size_t i = 0; i < fields.size(); ++i) learn(*fields[i], begin + 4 * i);
-  } else if (transfer.subindex >= 1 && transfer.subindex <= fields.size() && transfer.data.size() == 4) {
-    learn(*fields[transfer.subindex - 1U], 0);
-  }
-  if (!learned) return;
-  // The family hangs on the product.
-  if (first || by_object || known.product_code != product) {
-    known.source = track::IdentityLearned::Source::kObject1018;
-    known.frame = transfer.response;
-  }
-  ChooseProfile(transfer.slave);
 }
 
 /// The capture does not show whether the slave wrote the value: the object holds the old value or the new one.
@@ -386,8 +285,7 @@ void BusModel::DoubtLayouts(SlaveId id) {
 }
 
 void BusModel::On(const mailbox::SdoTransfer& transfer) {
-  if (transfer.has_object && transfer.index == kIdentityObject) LearnIdentity(transfer);
-  if (transfer.has_object && transfer.index == kDeviceName && !transfer.complete_access) LearnName(transfer);
+  if (identities_[transfer.slave].Learn(transfer)) ChooseProfile(transfer.slave);
   SlaveModel& slave = slaves_[transfer.slave];
   slave.objects.Apply(transfer);
   slave.modules.Apply(transfer);
@@ -405,6 +303,10 @@ void BusModel::On(const mailbox::SdoTransfer& transfer) {
   slave.latch.OnSdo(transfer);
   slave.touch_probe.OnSdo(transfer);
   slave.drives.OnSdo(transfer);
+}
+
+void BusModel::TakeModel(SlaveId id) {
+  if (identities_[id].LookInto(network_.state(id).sii.image())) ChooseProfile(id);
 }
 
 void BusModel::TakeModules(SlaveId id) {

@@ -7,12 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "analyzers/model/al_time_limits.h"
 #include "analyzers/model/bus_al.h"
 #include "analyzers/model/bus_al_wait.h"
 #include "analyzers/model/event_unit.h"
 #include "analyzers/model/logical_expectation.h"
 #include "analyzers/model/process_image.h"
 #include "analyzers/model/profile_choice.h"
+#include "analyzers/model/seen_identity.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/options/options.h"
 #include "analyzers/wiring/event_bus.h"
@@ -93,11 +95,7 @@ class BusModel final : private ProcessSink {
   void DoubtLayouts(SlaveId id);
   void ForgetObject(SlaveId id, std::uint16_t index, std::uint8_t subindex, bool whole);
   void DescriptionChanged(SlaveId slave);
-  void LearnIdentity(const mailbox::SdoTransfer& transfer);
-  void LearnName(const mailbox::SdoTransfer& transfer);
-  /// The model type, by which families are recognised whose product code no manual states.
-  void LearnModel(SlaveId id, std::string model, const FrameRef& frame);
-  /// Looks for it in the EEPROM once more was read of it.
+  /// Looks for the model type in the EEPROM once more was read of it.
   void TakeModel(SlaveId id);
   /// Describes a modular slave again once the list of its modules is there.
   void TakeModules(SlaveId id);
@@ -106,23 +104,14 @@ class BusModel final : private ProcessSink {
 
   const track::Network& network_;
   EventSink& events_;
-  /// The user's limits, else those of the ENI, else those of the ESI, else the usual ones.
-  [[nodiscard]] AlTimeouts TimeoutsOf(const SlaveModel& slave) const;
-
-  AlTimeouts timeouts_;
-  bool own_preop_limit_ = false, own_op_limit_ = false, own_down_limit_ = false;  ///< the user set them
+  AlTimeLimits al_limits_;
   std::int64_t latch_acknowledge_ns_ = 100'000'000;
   DriveLimits drive_limits_;
   ProfileChoice choice_;
   SharedLimits limits_;
   std::deque<SlaveModel> slaves_;
-  std::vector<SlaveModel*> by_id_;  ///< the same: found without the deque's arithmetic, for every datagram
-  std::deque<track::IdentityLearned> seen_identities_;  ///< a slave: what the capture shows of its identity
-  struct EepromLook {
-    FrameRef read;  ///< the last words since the last look; not seen: none
-    std::uint8_t looks = 0;
-  };
-  std::deque<EepromLook> eeprom_looks_;  ///< a slave
+  std::vector<SlaveModel*> by_id_;       ///< the same: found without the deque's arithmetic, for every datagram
+  std::deque<SeenIdentity> identities_;  ///< of each slave
   mutable LogicalExpectations expectations_;
   std::uint64_t states_version_ = 1;  ///< changes whenever a slave may have settled in OP, or left it
   ProcessImage image_;

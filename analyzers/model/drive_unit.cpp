@@ -178,11 +178,11 @@ void DriveUnit::OnSdo(const mailbox::SdoTransfer& transfer) {
 /// Inputs no longer arrive, and only the mailbox shows the drive. In between two cycles it may be older than
 /// they.
 bool DriveUnit::AskedLongAfterInputs(const mailbox::SdoTransfer& transfer) const {
-  constexpr std::int64_t kLong = 100'000'000;
+  constexpr std::int64_t kInputsStopped = 100'000'000;  // ns without inputs: no process data have such a cycle
   const FrameRef& asked = transfer.request;
   const FrameRef& last = status_.last;
   if (!asked.seen() || asked.number <= last.number || !asked.has_time || !last.has_time) return false;
-  return Elapsed(last.time, asked.time) >= kLong;
+  return Elapsed(last.time, asked.time) >= kInputsStopped;
 }
 
 void DriveUnit::OnMode(std::int8_t value, bool shown, const FrameRef& frame, bool by_sdo, bool inferred) {

@@ -26,10 +26,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <span>
 
 #include "decoder/bus/direction_evidence.h"
-#include "decoder/bus/thresholds.h"
+#include "decoder/bus/frame_progress.h"
+#include "decoder/bus/sender_tally.h"
 #include "decoder/wire/frame_view.h"
 
 namespace ecaudit::bus {
@@ -40,33 +41,6 @@ enum class Direction : std::uint8_t {
   kByPair,    ///< decided by whether a frame in flight matches (Pairing does that)
   kForeign,   ///< sent by a sender that is not a master of the bus
 };
-
-/// How far a frame has come. Of two copies of one frame the one that has come
-/// less far is the earlier one.
-struct Progress {
-  std::uint16_t positions = 0;  ///< sum of the position counters modulo 65536;
-                                ///< its start does not matter
-  std::uint32_t counted = 0;    ///< sum of the working counters
-
-  bool operator==(const Progress&) const = default;
-};
-
-[[nodiscard]] Progress ProgressOf(const wire::FrameView& frame) noexcept;
-/// True when `later` has passed more slaves than `earlier`; both are of copies
-/// of one frame. The position counters decide where they moved (they do so also
-/// when no slave takes part), else the working counters.
-[[nodiscard]] constexpr bool Further(const Progress& later, const Progress& earlier) {
-  const auto moved = static_cast<std::int16_t>(static_cast<std::uint16_t>(later.positions - earlier.positions));
-  return moved != 0 ? moved > 0 : later.counted > earlier.counted;
-}
-
-/// The same for frames that ask for the same of the same slaves, whatever index
-/// they carry.
-[[nodiscard]] std::uint64_t WhatIsAsked(const wire::FrameView& frame) noexcept;
-
-/// True when the frame names slaves by their addresses, and each of these took
-/// part.
-[[nodiscard]] bool IsAccepted(const wire::FrameView& frame) noexcept;
 
 class DirectionLearner {
  public:
@@ -115,87 +89,35 @@ class DirectionLearner {
   [[nodiscard]] bool IsOnePort(const wire::FrameView& frame) const noexcept;
 
  private:
-  struct Open {
-    bool used = false;
-    std::uint64_t key = 0;
-    Progress progress;
-    std::uint32_t port = 0;
-    FrameRef frame;
-    bool mac_bit = false;
-  };
-  /// What a frame asks for, whatever its index.
-  struct Asked {
-    std::uint64_t what = 0;
-    std::uint64_t key = 0;
-    FrameRef frame;
-    std::uint8_t index = 0;
-    bool dummy = false;  ///< one broadcast and nothing else
-    bool taken = false;  ///< each slave that it names took part
-  };
   struct Sender {
     std::uint64_t mac = 0;  ///< with bit 1 of the first byte cleared
-    std::uint32_t bit_clear = 0;
-    std::uint32_t bit_set = 0;
-    std::uint32_t counted = 0;        ///< frames with a working counter above 0
-    std::uint32_t pairs = 0;          ///< frames that have come further than an earlier copy
-    std::uint32_t pairs_by_port = 0;  ///< ... from port_out to port_back
-    std::uint32_t pairs_counted = 0;  ///< ... whose earlier copy had a working counter above 0
-    std::uint32_t back_first = 0;     ///< returns on another interface, stamped
-                                      ///< shortly before their outbound copy
-    std::uint32_t flag_in = 0;
-    std::uint32_t flag_out = 0;
-    std::uint32_t port_out = 0;
-    std::uint32_t port_back = 0;
-    std::uint32_t turns = 0;              ///< frames directly after one of another sender
-    std::uint32_t twins = 0;              ///< frames that another sender has sent just before
-    std::uint32_t alike = 0;              ///< frames that ask for what another sender has asked for lately ...
-    std::uint32_t copies = 0;             ///< ... of these, at once
-    std::uint32_t both_accepted = 0;      ///< ... of these, where the slave named took part in both
-    std::uint32_t passed_no_slave = 0;    ///< broadcasts that came back and counted no slave
-    std::uint32_t dummies = 0;            ///< broadcasts alone under the index of another
-                                          ///< sender's frame, at once
-    std::uint32_t exchanged = 0;          ///< frames with process data that slaves took part in
-    bool moved = false;                   ///< a frame of it passed a slave
-    std::uint32_t echoes = 0;             ///< frames with a copy of another sender within a round trip
-    bool other_end = false;               ///< of a redundant line
-    bool one_port = false;                ///< the only one of a redundant line that was captured
-    std::optional<std::uint16_t> slaves;  ///< that a frame has passed on its way back
-    bool answered = false;                ///< some of its frames were seen coming back
-    bool unanswered = false;              ///< it repeats what it sends, and nothing comes back
-    std::uint64_t last_content = 0;       ///< of the frame before ...
-    std::uint8_t last_index = 0;          ///< ... and the index of its first datagram
-    bool last_only_broadcast = false;     ///< ... which is a broadcast and the only one
-    FrameRef last;
-    std::uint32_t repeated = 0;       ///< frames like the one before, after a pause
-    std::uint32_t index_changes = 0;  ///< frames with another index than the one before
+    FrameSigns signs;
+    CopyPairs pairs;
+    Repetitions repetitions;
+    Likeness likeness;
+    // What follows from these:
     Reading reading = Reading::kUnknown;
-    std::array<Open, 32> open{};  ///< frames not answered yet, a small ring
-    std::uint8_t open_next = 0;
-    std::array<Asked, 16> asked{};  ///< by its last frames
-    std::uint8_t asked_next = 0;
+    bool other_end = false;   ///< of a redundant line
+    bool one_port = false;    ///< the only one of a redundant line that was captured
+    bool answered = false;    ///< some of its frames were seen coming back
+    bool unanswered = false;  ///< it repeats what it sends, and nothing comes back
 
-    [[nodiscard]] std::uint32_t frames() const { return bit_clear + bit_set; }
-    /// True when all but a few of its frames are among `part`.
-    [[nodiscard]] bool NearlyAll(std::uint32_t part) const {
-      return part >= frames() || (frames() - part) * threshold::kNoCopyOneIn <= frames();
-    }
-    [[nodiscard]] bool Exchanges() const { return exchanged >= threshold::kTurns; }
+    [[nodiscard]] std::uint32_t frames() const { return signs.frames(); }
   };
 
-  Sender* Find(std::uint64_t mac) noexcept;
-  [[nodiscard]] const Sender* Find(std::uint64_t mac) const noexcept;
-  void LearnTurn(Sender& sender, const wire::FrameView& frame) noexcept;
-  [[nodiscard]] bool IsUnderIndexOfAnother(const Sender& sender, const wire::FrameView& frame) const noexcept;
-  bool LearnCopy(Sender& sender, const wire::FrameView& frame) noexcept;
-  void LearnEcho(Sender& sender, const Asked& asked) noexcept;
+  [[nodiscard]] std::span<Sender> senders() { return std::span(senders_).first(count_); }
+  [[nodiscard]] std::size_t PlaceOf(std::uint64_t mac) const noexcept;
+  [[nodiscard]] const Sender* Find(const wire::FrameView& frame) const noexcept {
+    const std::size_t place = PlaceOf(SenderOf(frame));
+    return place < count_ ? &senders_[place] : nullptr;
+  }
+  void LearnLikeness(Sender& sender, const wire::FrameView& frame) noexcept;
   [[nodiscard]] bool ReadBothCopies() noexcept;
-  void ReadOneCopies() noexcept;
+  [[nodiscard]] const Sender* MainOfCopies() noexcept;
   void AssessCopies() noexcept;
   void EvaluateOnePort() noexcept;
   void IgnoreOtherBuses() noexcept;
-  static bool LearnBackFirst(Sender& sender, const wire::FrameView& frame) noexcept;
-  static void LearnPair(Sender& sender, const wire::FrameView& frame) noexcept;
-  static void LearnRepetition(Sender& sender, const wire::FrameView& frame) noexcept;
+  void ReadOneCopies() noexcept;
 
   std::array<Sender, kMaxMasters> senders_{};
   std::size_t count_ = 0;
@@ -209,14 +131,5 @@ class DirectionLearner {
   bool no_answers_ = false;
   bool returns_stamped_first_ = false;
 };
-
-/// True when a slave visibly acted on any datagram: a working counter above 0.
-[[nodiscard]] bool AnyWorkingCounter(const wire::FrameView& frame) noexcept;
-
-/// Source address of a frame, the same before and after it passed slaves:
-/// without bit 1 of the first byte.
-[[nodiscard]] inline std::uint64_t SenderOf(const wire::FrameView& frame) {
-  return frame.source_mac() & ~(std::uint64_t{1} << 41U);
-}
 
 }  // namespace ecaudit::bus

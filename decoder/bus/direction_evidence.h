@@ -5,7 +5,7 @@
 /// one, at last those with one copy.
 #pragma once
 
-#include "decoder/bus/evidence.h"
+#include "decoder/base/evidence.h"
 
 namespace ecaudit::bus {
 

@@ -1,8 +1,8 @@
 /// Which frames are lost, and which may have returned unseen: tables of evidence and verdict, and who applies them.
 #pragma once
 
+#include "decoder/base/evidence.h"
 #include "decoder/bus/drop_pattern.h"
-#include "decoder/bus/evidence.h"
 #include "decoder/bus/pairing_context.h"
 
 namespace ecaudit::bus {

@@ -4,7 +4,7 @@
 /// return whose outbound copy the capture misses ("orphan") is itself evidence.
 #pragma once
 
-#include "decoder/bus/evidence.h"
+#include "decoder/base/evidence.h"
 
 namespace ecaudit::bus {
 

@@ -1,7 +1,7 @@
 /// What a returned frame is: tables of evidence and verdict.
 #pragma once
 
-#include "decoder/bus/evidence.h"
+#include "decoder/base/evidence.h"
 
 namespace ecaudit::bus {
 

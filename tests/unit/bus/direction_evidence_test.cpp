@@ -1,9 +1,12 @@
 #include "decoder/bus/direction_evidence.h"
 
-#include "tests/unit/bus/evidence_rows.h"
+#include "tests/support/evidence_rows.h"
 
 namespace ecaudit::bus::test {
 namespace {
+
+using ecaudit::test::ExpectEachConditionDecides;
+using ecaudit::test::ExpectRows;
 
 TEST(DirectionEvidence, BothCopiesRowByRow) {
   using F = BothCopiesFact;

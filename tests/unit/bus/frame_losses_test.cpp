@@ -1,9 +1,12 @@
 #include "decoder/bus/frame_losses.h"
 
-#include "tests/unit/bus/evidence_rows.h"
+#include "tests/support/evidence_rows.h"
 
 namespace ecaudit::bus::test {
 namespace {
+
+using ecaudit::test::ExpectEachConditionDecides;
+using ecaudit::test::ExpectRows;
 
 TEST(FrameLosses, FatesRowByRow) {
   using F = GivenUpFact;

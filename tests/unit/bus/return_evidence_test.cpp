@@ -1,9 +1,12 @@
 #include "decoder/bus/return_evidence.h"
 
-#include "tests/unit/bus/evidence_rows.h"
+#include "tests/support/evidence_rows.h"
 
 namespace ecaudit::bus::test {
 namespace {
+
+using ecaudit::test::ExpectEachConditionDecides;
+using ecaudit::test::ExpectRows;
 
 TEST(ReturnEvidence, ReturnsRowByRow) {
   using F = ReturnFact;

@@ -1,13 +1,13 @@
-/// Checks tables of evidence and verdict row by row (decoder/bus/evidence.h).
+/// Checks tables of evidence and verdict row by row (decoder/base/evidence.h).
 #pragma once
 
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include "decoder/bus/evidence.h"
+#include "decoder/base/evidence.h"
 
-namespace ecaudit::bus::test {
+namespace ecaudit::test {
 
 /// Evidence, and the verdict that it has to lead to.
 template <class Fact, class Verdict>
@@ -50,4 +50,4 @@ void ExpectEachConditionDecides(const std::array<EvidenceRow<Fact, Verdict>, Row
   }
 }
 
-}  // namespace ecaudit::bus::test
+}  // namespace ecaudit::test

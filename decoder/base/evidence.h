@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <initializer_list>
 
-namespace ecaudit::bus {
+namespace ecaudit {
 
 /// A set of facts. @tparam Fact an enum whose values count from 0, at most 32
 template <class Fact>
@@ -49,4 +49,4 @@ template <class Fact, class Verdict, std::size_t Rows>
   return table[RowFor(table, facts)].verdict;
 }
 
-}  // namespace ecaudit::bus
+}  // namespace ecaudit
