@@ -116,7 +116,7 @@ std::optional<std::int64_t> WaitOf(const mailbox::MailboxUnanswered& event) {
 WaitVerdict EvaluateWait(const mailbox::MailboxUnanswered& event, const FrameRef& capture_end, std::int64_t limit_ns,
                          bool state_requested) {
   using End = mailbox::MailboxUnanswered::End;
-  // What was waited until a capture gap was waited.
+  // The wait up to a capture gap counts.
   if (event.end == End::kGap && (event.polls == 0 || WaitOf(event).value_or(0) < limit_ns)) return WaitVerdict::kGap;
   if (event.polls == 0 && !event.read_lost) return WaitVerdict::kNeverPolled;
   const std::optional<std::int64_t> wait = WaitOf(event);

@@ -94,6 +94,7 @@ void SyncModel::BeginFrame(const FrameRef& sent, const FrameRef& returned) {
 }
 
 void SyncModel::On(const track::LogicalAccess& access) {
+  pauses_.On(access);
   BeginFrame(access.sent, access.returned);
   if (access.circulating ||
       !at_hand_.Add({access.command, access.address, access.length, access.wkc, access.assumed})) {

@@ -7,6 +7,7 @@
 ///   OutputWatch   how outputs reach one slave      PllWatch         what the drive shows of its own clock
 ///   OutputMeter   ... and how they should          TimeTrust        how good the stamps are
 ///   SentFrames    frames as they passed            FrameAtHand      the one that passes now
+///   ProcessDataPauses   when no slave got outputs
 #pragma once
 
 #include <cstdint>
@@ -23,6 +24,7 @@
 #include "analyzers/sync/output_meter.h"
 #include "analyzers/sync/output_watch.h"
 #include "analyzers/sync/pll_watch.h"
+#include "analyzers/sync/process_data_pauses.h"
 #include "analyzers/sync/sent_frames.h"
 #include "analyzers/sync/slave_delays.h"
 #include "analyzers/sync/time_base.h"
@@ -70,6 +72,8 @@ class SyncModel final {
   /// How wrong an interval by this clock may be, ns; unset when the clock cannot be trusted at all.
   [[nodiscard]] std::optional<TimeNs> Uncertainty(TimeBase base) const { return trust_.Uncertainty(base); }
 
+  /// Of all outputs on the bus.
+  [[nodiscard]] const ProcessDataPauses& pauses() const { return pauses_; }
   /// What hardly any frame with process data takes longer than, ns; unset without enough good stamps.
   [[nodiscard]] std::optional<TimeNs> UsualRoundTrip() const { return trust_.UsualRoundTrip(); }
 
@@ -116,6 +120,7 @@ class SyncModel final {
   EventSink& sink_;
   DcClock clock_;
   TimeTrust trust_;
+  ProcessDataPauses pauses_;
   SentFrames sent_frames_;
   CyclicImages images_;
   CycleSummary earlier_;  // of the run before with the most cycles

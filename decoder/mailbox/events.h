@@ -97,7 +97,7 @@ enum class SdoOutcome : std::uint8_t {
   kSuperseded,    ///< not finished when the master began the next one
   kCaptureEnd,    ///< not finished when the capture ended
   kReset,         ///< not finished when the mailbox was switched off or reconfigured
-  kNotCaptured,   ///< the answers are not in the capture (outbound only): result unknown
+  kNotCaptured,   ///< the answers are not in the capture (outbound only, or lost): a download is taken for done
   kGap,           ///< frames are missing from the capture: result unknown
 };
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "analyzers/judge/process_data_pauses.h"
+#include "analyzers/judge/pause_reason.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/bus_model.h"
@@ -155,10 +155,7 @@ class AlErrorStanding final : public Rule {
     Subscribe<model::AlAnswered>(&AlErrorStanding::On);
   }
 
-  void On(const track::LogicalAccess& e) {
-    flows_ = flows_ || (e.returned.seen() && e.wkc > 0);
-    pauses_.On(e);
-  }
+  void On(const track::LogicalAccess& e) { flows_ = flows_ || (e.returned.seen() && e.wkc > 0); }
 
   void On(const model::AlErrorStands& e) {
     Standing& s = Of(e.slave);
@@ -167,7 +164,7 @@ class AlErrorStanding final : public Rule {
       s.status = e.status;
       s.reads = 1;
       s.flowing = flows_;
-      s.paused = pauses_.ReasonOf(context(), e.slave, e.well_until, e.frame);
+      s.paused = PauseReason(context(), e.slave, e.well_until, e.frame);
       s.exchanged = Exchanged(e.slave);
       s.no_error_until = e.well_until;
     }
@@ -310,8 +307,8 @@ class AlErrorStanding final : public Rule {
     FrameNo no_error_until = 0;   ///< last frame that shows it without error, out of sight since; 0: none
     std::uint16_t slaves = 0;     ///< of the bus: how many counted
     bool flowing = false;         ///< process data flowed before the first read
-    std::optional<ProcessDataPauses::Pause> paused;  ///< ... and paused
-    bool ignored = false;                            ///< the master did something else since
+    std::optional<sync::ProcessDataPauses::Pause> paused;  ///< ... and paused
+    bool ignored = false;                                  ///< the master did something else since
     bool acknowledged = false;
     bool from_init = false;  ///< by a request of INIT
     bool gone = false;       ///< acknowledged; the next request shows whether the master goes on from there
@@ -421,7 +418,7 @@ class AlErrorStanding final : public Rule {
       finding.Set("no_code", arg::Flag());
     }
     if (s.ignored) finding.Add(kNotAcknowledged);
-    if (s.paused && s.code == kWatchdogCode && InSafeop(s)) {
+    if (s.paused && s.code == kWatchdogExpired && InSafeop(s)) {
       finding.Set("reason", arg::Of(kWhyPaused)).Set("reason_value", arg::Ms(s.paused->length()));
       finding.notes.push_back(NoteOf(*s.paused));
     }
@@ -462,9 +459,6 @@ class AlErrorStanding final : public Rule {
     Report(0, std::move(finding));
   }
 
-  static constexpr std::uint16_t kWatchdogCode = 0x001B;
-
-  ProcessDataPauses pauses_;
   std::vector<Standing> slaves_;
   std::vector<bool> owners_;              // of each slave: its last read showed the error bit
   Standing all_;                          // what broadcast reads show of all slaves

@@ -120,6 +120,7 @@ The finding needs an error bit that appears after a request that the slave accep
 - After an acknowledge the error must show another code, or stay for 200 ms.
 - Slaves without a processor echo the acknowledge bit. That is no error.
 - If AL Status was not read before the request, the error may be older: the finding is inferred.
+- If the first request acknowledges, the error has to stay after the next request, which does not acknowledge.
 - If the model knows why the slave had to refuse (an illegal transition, a wrong sync manager), caused_by names that
   finding.
 - For many AL status codes the finding lists what the capture shows of the registers, objects and counters that can be

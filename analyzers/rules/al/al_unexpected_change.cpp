@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
-#include "analyzers/judge/process_data_pauses.h"
+#include "analyzers/judge/pause_reason.h"
 #include "analyzers/judge/refusal_reasons.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -187,10 +187,7 @@ class AlUnexpectedChange final : public Rule {
     Subscribe<model::AlErrorCleared>(&AlUnexpectedChange::On);
     Subscribe<model::AlAnswered>(&AlUnexpectedChange::On);
     Subscribe<model::BusAlChanged>(&AlUnexpectedChange::On);
-    Subscribe<track::LogicalAccess>(&AlUnexpectedChange::On);
   }
-
-  void On(const track::LogicalAccess& e) { pauses_.On(e); }
 
   void On(const model::AlChangedByItself& e) {
     const bool of_all = e.error_of_some && !e.after_pause && context().slave_count() > 1;
@@ -409,7 +406,7 @@ class AlUnexpectedChange final : public Rule {
                                                       .code = code,
                                                       .shown = reported.change.frame.number,
                                                       .held_since = reported.change.before_first});
-    if (code == kWatchdogCode && reported.reasons.reason == nullptr) AddPause(reported);
+    if (code == kWatchdogExpired && reported.reasons.reason == nullptr) AddPause(reported);
     Describe(context().store[index], reported);
     AddRelated(context().store[index], frame.number == context().store[index].first.number ? 0 : frame.number);
   }
@@ -417,7 +414,7 @@ class AlUnexpectedChange final : public Rule {
   void AddPause(Reported& reported) const {
     const model::AlChangedByItself& e = reported.change;
     if (e.before.state() != kOp) return;
-    const std::optional<ProcessDataPauses::Pause> pause = pauses_.ReasonOf(context(), e.slave, e.before_since, e.frame);
+    const auto pause = PauseReason(context(), e.slave, e.before_since, e.frame);
     if (!pause) return;
     reported.reasons.reason = &kWhyPaused;
     reported.reasons.value = arg::Ms(pause->length());
@@ -483,7 +480,6 @@ class AlUnexpectedChange final : public Rule {
 
   static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 40U;
   static constexpr std::uint16_t kErrorBit = 0x10;
-  static constexpr std::uint16_t kWatchdogCode = 0x001B;
   static constexpr auto kInit = static_cast<std::uint8_t>(esc::AlState::INIT);
   static constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
   static constexpr auto kOp = static_cast<std::uint8_t>(esc::AlState::OP);
@@ -492,7 +488,6 @@ class AlUnexpectedChange final : public Rule {
   std::vector<FindingIndex> open_;                 // of each slave: whose repetitions and code are awaited
   FindingIndex all_ = kNoFinding;                  // all slaves dropped, and none has left that state
   std::map<FindingIndex, Reported> reported_;
-  ProcessDataPauses pauses_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlUnexpectedChange>};

@@ -13,6 +13,7 @@
 #include "analyzers/judge/refusal_reasons.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/objects/relatives.h"
 #include "analyzers/words/drive_error_codes.h"
@@ -152,7 +153,7 @@ class EmcyReceived final : public Rule {
     Subscribe<track::AlRequest>(&EmcyReceived::On);
   }
 
-  void On(const track::AlRequest& e) { requested_[e.slave] |= StateBit(e.control.state()); }
+  void On(const track::AlRequest& e) { requested_[e.slave].Add(e.control.state()); }
 
   void On(const mailbox::Emergency& e) {
     if (e.data.too_short) return;  // mailbox-malformed
@@ -246,14 +247,12 @@ class EmcyReceived final : public Rule {
   static constexpr std::uint16_t kToSafeop = 0xA000, kToOp = 0xA001, kAnyTransition = 0xA0FF;
   static bool IsFailedTransition(std::uint16_t code) { return code == kToSafeop || code == kToOp; }
 
-  static constexpr std::uint32_t StateBit(std::uint8_t state) { return 1U << (state & 0x0FU); }
-
   /// The master requested states of this slave, and not the one that the code of the standard is about.
   [[nodiscard]] bool OthersRequested(const mailbox::Emergency& e) const {
     const auto requested = requested_.find(e.slave);
     if (requested == requested_.end()) return false;
     const esc::AlState state = e.data.error_code == kToOp ? esc::AlState::OP : esc::AlState::SAFEOP;
-    return (requested->second & StateBit(static_cast<std::uint8_t>(state))) == 0;
+    return !requested->second.contains(static_cast<std::uint8_t>(state));
   }
 
   /// The error register is the state. 3 and 4 are SAFEOP and OP for some makers, BOOT and SAFEOP for others.
@@ -397,7 +396,7 @@ class EmcyReceived final : public Rule {
   std::size_t next_ = 0;
   std::vector<Recent> aborts_;  // what an emergency explains
   std::vector<FindingIndex> transitions_;
-  std::map<SlaveId, std::uint32_t> requested_;  ///< a bit for each AL state that the master requested
+  std::map<SlaveId, model::StateSet> requested_;  ///< AL states that the master requested
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<EmcyReceived>};

@@ -1,17 +1,14 @@
-#include "analyzers/judge/process_data_pauses.h"
+#include "analyzers/sync/process_data_pauses.h"
 
 #include <algorithm>
 
-#include "analyzers/sync/sync_model.h"
-#include "decoder/track/network.h"
-
-namespace ecaudit {
+namespace ecaudit::sync {
 
 void ProcessDataPauses::On(const track::LogicalAccess& access) {
   const bool outputs = access.command == wire::Command::LRW || access.command == wire::Command::LWR;
-  if (!outputs || !access.returned.seen() || access.wkc == 0) return;
+  if (!outputs || !access.returned.seen() || access.wkc == 0 || access.returned.number == last_.number) return;
   const FrameRef before = last_;
-  last_ = access.frame();
+  last_ = access.returned;
   if (!before.has_time || !last_.has_time) return;
   const TimeNs interval = Elapsed(before.time, last_.time);
   if (IsPause(interval)) {
@@ -36,19 +33,4 @@ std::optional<ProcessDataPauses::Pause> ProcessDataPauses::LongestBetween(FrameN
   return longest;
 }
 
-std::optional<ProcessDataPauses::Pause> ProcessDataPauses::ReasonOf(const RuleContext& context, SlaveId slave,
-                                                                    FrameNo before, const FrameRef& now) const {
-  if (context.network().fmmus(slave).any || !context.sync().Uncertainty(sync::TimeBase::kCapture)) return std::nullopt;
-  const std::optional<Pause> pause = LongestBetween(before, now);
-  if (pause && context.network().MayMissBetween(pause->from.number, pause->to.number)) return std::nullopt;
-  return pause;
-}
-
-Note NoteOf(const ProcessDataPauses::Pause& pause) {
-  return {&kAllPaused,
-          {{"paused_from", arg::Frame(pause.from.number)},
-           {"paused_to", arg::Frame(pause.to.number)},
-           {"pause_ms", arg::Ms(pause.length())}}};
-}
-
-}  // namespace ecaudit
+}  // namespace ecaudit::sync
