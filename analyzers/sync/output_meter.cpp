@@ -36,6 +36,7 @@ void OutputMeter::Feed(SlaveId id, OutputWatch& watch, const DcUnit& dc, const F
   if (watch.Waits() && (in_op || watch.fell.seen())) FollowInterval(id, watch, dc, at_hand, image, in_op);
   const bool counts = at_hand.dc() && Sync0Phase::Counts(dc);
   if (in_op && counts) {
+    watch.in_safeop = false;
     MeasurePhase(id, watch, dc, at_hand);
   } else {
     watch.phase.End();

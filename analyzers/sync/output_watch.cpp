@@ -88,6 +88,7 @@ void OutputWatch::OnHole(const track::CaptureGap& gap) {
   if (gap.certain || gap.skip) {
     phase.End();
     grid.End();
+    if (safeop_phase != nullptr) safeop_phase->End();
   }
   // Where only numbers skip the pauses are as long as they seem to be.
   may_be_hole = may_be_hole || !gap.skip;

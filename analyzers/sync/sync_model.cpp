@@ -327,6 +327,7 @@ void SyncModel::On(const track::AlRequest& request) {
   }
   meter_.EndRate(request.slave, watch);
   watch.LeaveOp();
+  if (request.control.state() < static_cast<std::uint8_t>(esc::AlState::SAFEOP)) watch.in_safeop = false;
   if (request.control.state() == static_cast<std::uint8_t>(esc::AlState::INIT)) EndRun(request.slave);
 }
 
