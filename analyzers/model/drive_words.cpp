@@ -33,14 +33,7 @@ DriveControl::News DriveControl::Take(std::uint16_t word, const FrameRef& frame,
 }
 
 void DriveStatus::SetFamily(const device::DriveProfile& drive) {
-  mask = 0;
-  const auto add = [this](const device::StatusPattern& pattern) {
-    mask = static_cast<std::uint16_t>(mask | pattern.mask);
-  };
-  for (const device::DriveStateRow& row : drive.states) {
-    add(row.printed);
-    for (const device::StatusPattern& also : row.also) add(also);
-  }
+  mask = drive.StateBits();
   if (word && state) state = drive.StateOf(*word);
 }
 

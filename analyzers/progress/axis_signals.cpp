@@ -70,7 +70,7 @@ std::optional<std::pair<std::uint8_t, Role>> RoleOf(std::uint16_t index, std::ui
   return std::nullopt;
 }
 
-AxisPlaces::AxisPlaces(const model::ImagePart& part) : serial_(part.serial) {
+AxisPlaces::AxisPlaces(const model::ImagePart& part) {
   const model::TerminalObjects terminal(part);
   terminal_ = !terminal.empty();
   for (const model::ImagePart::Place& place : part.places) {
@@ -80,20 +80,19 @@ AxisPlaces::AxisPlaces(const model::ImagePart& part) : serial_(part.serial) {
     const bool taken = std::any_of(places_.begin(), places_.end(), [&](const Place& other) {
       return other.axis == role->first && other.role == role->second;
     });
-    if (!taken) places_.push_back({role->first, role->second, IsSigned(role->second), place.bits, place.bit});
+    if (taken) continue;
+    places_.push_back({.axis = role->first,
+                       .role = role->second,
+                       .has_sign = IsSigned(role->second),
+                       .bits = place.bits,
+                       .bit = place.bit,
+                       .end = std::uint64_t{place.bit} + place.bits});
   }
   std::stable_sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) { return a.axis < b.axis; });
-}
-
-bool AxisPlaces::Repeats(ByteSpan data, std::vector<std::uint64_t>& bits) const {
-  bool same = bits.size() == places_.size();
-  bits.resize(places_.size());
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    const std::uint64_t now = model::ExtractBits(data, places_[i].bit, places_[i].bits);
-    same = same && bits[i] == now;
-    bits[i] = now;
+    if (axes_.empty() || axes_.back().number != places_[i].axis) axes_.push_back({places_[i].axis, i, 0});
+    ++axes_.back().count;
   }
-  return same;
 }
 
 }  // namespace ecaudit::progress

@@ -54,28 +54,39 @@ inline constexpr std::array kLimitRoles{
 /// The subindex of the first role that this object of the first axis has; 0 where it has none.
 [[nodiscard]] std::uint8_t SubindexOf(std::uint16_t index);
 
-/// Values of one axis in one direction of one frame; unset: not mapped there.
+/// Values of one axis in one part of the process image, and which of them changed; unset: not mapped there.
 class AxisValues {
  public:
   [[nodiscard]] std::optional<std::int64_t> operator[](Role role) const {
     return has(role) ? std::optional(values_[static_cast<std::size_t>(role)]) : std::nullopt;
   }
   [[nodiscard]] bool has(Role role) const { return (mapped_ & Bit(role)) != 0; }
+  /// Another value than when all were taken last.
+  [[nodiscard]] bool changed(Role role) const { return (changed_ & Bit(role)) != 0; }
+  [[nodiscard]] bool changed() const { return changed_ != 0; }
   void Set(Role role, std::int64_t value) {
-    values_[static_cast<std::size_t>(role)] = value;
+    std::int64_t& known = values_[static_cast<std::size_t>(role)];
+    if (has(role) && known == value) return;
+    known = value;
     mapped_ |= Bit(role);
+    changed_ |= Bit(role);
   }
+  void Unset(Role role) { mapped_ &= ~Bit(role); }
   void Merge(const AxisValues& other) {
     for (std::size_t i = 0; i < kRoles; ++i) {
       if (const auto role = static_cast<Role>(i); other.has(role)) Set(role, other.values_[i]);
     }
   }
+  /// What is known from them may be another by now, or was forgotten.
+  void TakeAgain() { changed_ = mapped_; }
+  void Taken() { changed_ = 0; }
 
  private:
   static_assert(kRoles <= 32);
   [[nodiscard]] static constexpr std::uint32_t Bit(Role role) { return 1U << static_cast<unsigned>(role); }
 
   std::uint32_t mapped_ = 0;
+  std::uint32_t changed_ = 0;
   std::array<std::int64_t, kRoles> values_{};  ///< of those that are mapped
 };
 
@@ -88,33 +99,32 @@ class AxisValues {
 /// Where the objects of the axes lie in one part of the process image.
 class AxisPlaces {
  public:
+  /// The places of one axis follow each other.
+  struct Axis {
+    std::uint8_t number = 0;
+    std::size_t first = 0, count = 0;  ///< of its places
+  };
+
   explicit AxisPlaces(const model::ImagePart& part);
 
-  [[nodiscard]] std::uint64_t serial() const { return serial_; }
   [[nodiscard]] bool empty() const { return places_.empty(); }
   /// Of a servo terminal: its objects are at other indices, and its mode may be in none of them.
   [[nodiscard]] bool terminal() const { return terminal_; }
-  /// Takes the bits of all places into `bits`; returns whether they are the same as there before.
-  [[nodiscard]] bool Repeats(ByteSpan data, std::vector<std::uint64_t>& bits) const;
-  /// Calls `visit(axis)` for each axis with a place here.
-  template <class Visit>
-  void ForEachAxis(Visit visit) const {
-    for (std::size_t i = 0; i < places_.size(); ++i) {
-      if (i == 0 || places_[i].axis != places_[i - 1].axis) visit(places_[i].axis);
-    }
-  }
-  /// Calls `visit(axis, values)` for each axis with a place here; `bits` as Repeats() took them from data of `bytes`.
-  template <class Visit>
-  void Read(std::span<const std::uint64_t> bits, std::size_t bytes, Visit visit) const {
-    for (std::size_t i = 0; i < places_.size();) {
-      const std::uint8_t axis = places_[i].axis;
-      AxisValues values;
-      for (; i < places_.size() && places_[i].axis == axis; ++i) {
-        const Place& place = places_[i];
-        if (std::uint64_t{place.bit} + place.bits > std::uint64_t{bytes} * 8) continue;
-        values.Set(place.role, place.has_sign ? SignExtend(bits[i], place.bits) : static_cast<std::int64_t>(bits[i]));
+  /// The axes with a place here.
+  [[nodiscard]] std::span<const Axis> axes() const { return axes_; }
+  /// Sets the values of an axis as `data` has them; only those that are others than in the data before.
+  void Read(const Axis& axis, ByteSpan data, AxisValues& values) {
+    for (Place& place : std::span(places_).subspan(axis.first, axis.count)) {
+      if (place.end > std::uint64_t{data.size()} * 8) {
+        values.Unset(place.role);
+        place.known = false;
+        continue;
       }
-      visit(axis, values);
+      const std::uint64_t raw = model::ExtractBits(data, place.bit, place.bits);
+      if (place.known && place.raw == raw) continue;
+      place.known = true;
+      place.raw = raw;
+      values.Set(place.role, place.has_sign ? SignExtend(raw, place.bits) : static_cast<std::int64_t>(raw));
     }
   }
 
@@ -125,10 +135,14 @@ class AxisPlaces {
     bool has_sign = false;
     std::uint16_t bits = 0;
     std::uint32_t bit = 0;
+    std::uint64_t end = 0;  ///< the bit after it
+    // In the data before.
+    bool known = false;
+    std::uint64_t raw = 0;
   };
-  std::uint64_t serial_ = 0;
   bool terminal_ = false;
   std::vector<Place> places_;  ///< by axis
+  std::vector<Axis> axes_;
 };
 
 }  // namespace ecaudit::progress

@@ -103,7 +103,8 @@ struct AxisView {
   bool zero_by_sdo = false;      ///< it is not in the outputs: its value was written or read by SDO
   std::uint16_t switches = 0;    ///< 60FDh bits 0 and 1, where it is mapped
 
-  AxisLead lead;  ///< before this step
+  AxisMoment before;                  ///< this step; its frame is not seen() where there was none
+  std::optional<AxisMoment> earlier;  ///< some 50 ms before
 
   InOp in_op = InOp::kUnknown;
   bool op_requested = false;  ///< in this run
@@ -143,6 +144,10 @@ struct AxisView {
     moment.target = Target(moment.quantity);
     moment.actual = Actual(moment.quantity);
     return moment;
+  }
+  [[nodiscard]] AxisLead Lead() const {
+    const bool other = earlier && earlier->frame.number != before.frame.number;
+    return {before, other ? earlier : std::nullopt};
   }
   /// A record of this moment.
   [[nodiscard]] AxisRecord Record(AxisFact fact, const FrameRef& since, TimeNs lasted = 0) const {

@@ -29,10 +29,12 @@ static_assert(kTargets.size() == kQuantityCount && kActuals.size() == kQuantityC
 void AxisWatch::SetDrive(const device::DriveProfile* drive) {
   if (drive_ == drive) return;
   drive_ = drive;
-  reserved_control_mask_ = level_mask_ = level_ = 0;
+  reserved_control_mask_ = level_mask_ = level_ = state_bits_ = 0;
+  state_known_ = false;
   now_.error_bit_differs = false;
   now_.homing_bit = kStartBit;
   if (drive == nullptr) return;
+  state_bits_ = drive->StateBits();
   for (const device::WordBit& bit : drive->control_bits) {
     reserved_control_mask_ = static_cast<std::uint16_t>(reserved_control_mask_ | bit.reserved);
   }
@@ -86,62 +88,76 @@ const AxisWatch::Checks& AxisWatch::OfChecks() const {
   return checks_ != nullptr ? *checks_ : kNone;
 }
 
-bool AxisWatch::IsWhole(Newest& newest, std::uint64_t part, const FrameRef& frame) {
+std::optional<AxisWatch::Look> AxisWatch::LookAt(Newest& newest, std::uint64_t part, const FrameRef& frame) {
   if (frame.number == newest.frame && part != newest.part && collected_ == nullptr) {
     collected_ = std::make_unique<Collected>();
   }
-  newest = {frame.number, part};
-  return collected_ == nullptr;
+  // Another part may have brought other values of the same objects.
+  const bool all = newest.forgotten || part != newest.part;
+  newest = {frame.number, part, false};
+  if (collected_ != nullptr) return std::nullopt;
+  return all ? Look::kAll : Look::kChanged;
 }
 
-void AxisWatch::OnOutputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave) {
-  // The last of cycles that were alike is handled once more.
-  if (frame.number < newest_outputs_.frame || (frame.number == newest_outputs_.frame && part == newest_outputs_.part)) {
-    return;
+bool AxisWatch::OnOutputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave) {
+  if (newest_outputs_.IsLate(part, frame)) return false;
+  if (const auto look = LookAt(newest_outputs_, part, frame)) {
+    TakeOutputs(values, *look, frame, slave);
+    return true;
   }
-  if (IsWhole(newest_outputs_, part, frame)) return TakeOutputs(values, frame, slave);
   if (collected_->outputs_frame.seen() && collected_->outputs_frame.number != frame.number) TakeCollected();
   collected_->outputs.Merge(values);
   collected_->outputs_frame = frame;
   collected_->slave = slave;
+  return true;
 }
 
-void AxisWatch::OnInputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave) {
-  if (frame.number < newest_inputs_.frame || (frame.number == newest_inputs_.frame && part == newest_inputs_.part)) {
-    return;
+bool AxisWatch::OnInputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave) {
+  if (newest_inputs_.IsLate(part, frame)) return false;
+  if (const auto look = LookAt(newest_inputs_, part, frame)) {
+    TakeInputs(values, *look, frame, slave);
+    return true;
   }
-  if (IsWhole(newest_inputs_, part, frame)) return TakeInputs(values, frame, slave);
   if (collected_->inputs_frame.seen() && collected_->inputs_frame.number != frame.number) TakeCollected();
   collected_->inputs.Merge(values);
   collected_->inputs_frame = frame;
   collected_->slave = slave;
+  return true;
 }
 
 void AxisWatch::TakeCollected() {
   if (collected_ == nullptr) return;
   const Collected collected = std::exchange(*collected_, {});
-  if (collected.outputs_frame.seen()) TakeOutputs(collected.outputs, collected.outputs_frame, collected.slave);
-  if (collected.inputs_frame.seen()) TakeInputs(collected.inputs, collected.inputs_frame, collected.slave);
+  if (collected.outputs_frame.seen()) {
+    TakeOutputs(collected.outputs, Look::kAll, collected.outputs_frame, collected.slave);
+  }
+  if (collected.inputs_frame.seen()) {
+    TakeInputs(collected.inputs, Look::kAll, collected.inputs_frame, collected.slave);
+  }
 }
 
-void AxisWatch::TakeOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
+void AxisWatch::TakeOutputs(const AxisValues& values, Look look, const FrameRef& frame, const SlaveSide& slave) {
   Side(slave);
-  const std::optional<std::uint16_t> before = now_.control;
-  if (values[Role::kControl]) {
-    now_.control_mapped = true;
-    TakeControl(*values[Role::kControl], frame);
+  // What a word or a mode means depends on the others.
+  const bool all = look == Look::kAll || words_changed_;
+  if (all || values.changed()) {
+    const std::optional<std::uint16_t> before = now_.control;
+    if (values.has(Role::kControl) && (all || values.changed(Role::kControl))) {
+      now_.control_mapped = true;
+      TakeControl(*values[Role::kControl], frame);
+    }
+    if (terminal_ && !now_.mode_assumed) AssumeMode(values);
+    if (all || terminal_ || values.changed(Role::kMode) || values.changed(Role::kModeShown)) TakeModes(values, frame);
+    if (now_.control && now_.control != before) NoteReservedOfMode(*now_.control, frame);
+    for (std::size_t i = 0; i < kTargets.size(); ++i) {
+      const std::optional<std::int64_t> target = values[kTargets[i]];
+      if (!target) continue;
+      outputs_changed_ = outputs_changed_ || now_.target[i] != target;
+      now_.target[i] = target;
+      now_.target_mapped[i] = true;
+    }
+    TakeLimits(values);
   }
-  if (terminal_ && !now_.mode_assumed) AssumeMode(values);
-  TakeModes(values, frame);
-  if (now_.control && now_.control != before) NoteReservedOfMode(*now_.control, frame);
-  for (std::size_t i = 0; i < kTargets.size(); ++i) {
-    const std::optional<std::int64_t> target = values[kTargets[i]];
-    if (!target) continue;
-    outputs_changed_ = outputs_changed_ || now_.target[i] != target;
-    now_.target[i] = target;
-    now_.target_mapped[i] = true;
-  }
-  TakeLimits(values);
   outputs_changed_ = outputs_changed_ || words_changed_;
   if (now_.control_changed || now_.control_first || !status_mapped_) Step(frame);
 }
@@ -171,21 +187,25 @@ void AxisWatch::FindZeroLimit() {
   }
 }
 
-void AxisWatch::TakeInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave) {
+void AxisWatch::TakeInputs(const AxisValues& values, Look look, const FrameRef& frame, const SlaveSide& slave) {
   Side(slave);
-  if (values[Role::kStatus]) {
-    status_mapped_ = true;
-    TakeStatus(*values[Role::kStatus], frame);
+  const bool all = look == Look::kAll || words_changed_;
+  if (values.has(Role::kStatus)) status_frame_ = frame.number;
+  if (all || values.changed()) {
+    if (values.has(Role::kStatus) && (all || values.changed(Role::kStatus))) {
+      status_mapped_ = true;
+      TakeStatus(*values[Role::kStatus], frame);
+    }
+    if (all || values.changed(Role::kMode) || values.changed(Role::kModeShown)) TakeModes(values, frame);
+    if (const auto inputs = values[Role::kDigitalInputs]) {
+      now_.switches = static_cast<std::uint16_t>(*inputs & (kNegativeSwitch | kPositiveSwitch));
+    }
+    if (const auto code = values[Role::kErrorCode]) error_code_ = static_cast<std::uint16_t>(*code);
+    for (std::size_t i = 0; i < kActuals.size(); ++i) {
+      if (values.has(kActuals[i])) now_.actual[i] = values[kActuals[i]];
+    }
   }
-  TakeModes(values, frame);
-  if (values[Role::kModeShown]) ConfirmShown(frame);
-  if (values[Role::kDigitalInputs]) {
-    now_.switches = static_cast<std::uint16_t>(*values[Role::kDigitalInputs] & (kNegativeSwitch | kPositiveSwitch));
-  }
-  if (values[Role::kErrorCode]) error_code_ = static_cast<std::uint16_t>(*values[Role::kErrorCode]);
-  for (std::size_t i = 0; i < kActuals.size(); ++i) {
-    if (values[kActuals[i]]) now_.actual[i] = values[kActuals[i]];
-  }
+  if (shifted_ != nullptr && values.has(Role::kModeShown)) ConfirmShown(frame);
   Step(frame);
 }
 
@@ -245,9 +265,8 @@ void AxisWatch::FollowShown(std::int64_t value, bool download, const FrameRef& f
   shifted_ = std::make_unique<Shifted>(Shifted{record, {}});
 }
 
-/// The answer of a drive that changes its mode may come before the inputs that show it.
+/// The answer of a drive that changes its mode may come before the inputs that show it: shifted_ waits for them.
 void AxisWatch::ConfirmShown(const FrameRef& frame) {
-  if (shifted_ == nullptr) return;
   if (now_.mode_shown != shifted_->record.b) {
     shifted_.reset();
     return;
@@ -279,16 +298,18 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   status_seen_ = true;
   status_frame_ = frame.number;
   const auto value = static_cast<std::uint16_t>(word);
-  if (now_.status != value) {
+  // Drives are known that toggle a bit in each cycle.
+  const std::uint16_t changed = now_.status ? *now_.status ^ value : 0xFFFF;
+  if (changed != 0) {
     words_changed_ = true;
-    // The others show nothing of the way to Operation enabled, and drives are known that toggle some in each cycle.
-    const std::uint16_t changed = now_.status ? *now_.status ^ value : kWayBits;
+    // The others show nothing of the way to Operation enabled.
     if ((changed & kWayBits) != 0 || !now_.enabled()) way_changed_ = true;
   }
   now_.status = value;
   seen_in_op_ = seen_in_op_ || now_.in_op == InOp::kYes;
   if (drive_ == nullptr) return;
-  now_.state = drive_->StateOf(*now_.status);
+  if ((changed & state_bits_) != 0 || !state_known_) now_.state = drive_->StateOf(value);
+  state_known_ = true;
   if (!now_.state) return;
   // 0 may mean that no inputs were valid yet.
   if (now_.in_op == InOp::kYes && *now_.status != 0 && odd_status_.bits == 0) {
@@ -300,7 +321,7 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
     now_.state_before = last_state_;
     now_.state_since = frame;
     if (IsFault(now_.state) && last_state_ && !IsFault(last_state_) && faults_.size() < kFaults) {
-      faults_.emplace_back(frame.number, now_.lead);
+      faults_.emplace_back(frame.number, now_.Lead());
     }
     if (last_state_ == DriveState::kOperationEnabled) lost_unasked_ = !AsksToStop();
     last_state_ = now_.state;
@@ -402,16 +423,15 @@ void AxisWatch::Resume() {
 }
 
 void AxisWatch::Remember() {
-  const AxisMoment moment = now_.Moment();
-  if (moment.frame.has_time) {
-    const auto age = [&](const AxisMoment& old) { return Elapsed(old.frame.time, moment.frame.time); };
-    if (recent_.empty() || age(recent_.back()) >= kLeadNs / kLeadSteps) recent_.push_back(moment);
-    // The oldest one may be older than that: nothing changed in between.
-    while (recent_.size() > 1 && age(recent_[1]) >= kLeadNs) recent_.erase(recent_.begin());
-  }
-  now_.lead.last = moment;
-  now_.lead.earlier.reset();
-  if (!recent_.empty() && recent_.front().frame.number != moment.frame.number) now_.lead.earlier = recent_.front();
+  now_.before = now_.Moment();
+  if (!now_.frame.has_time) return;
+  const auto age = [&](const AxisMoment& old) { return Elapsed(old.frame.time, now_.frame.time); };
+  const bool due = recent_.empty() || age(recent_.back()) >= kLeadNs / kLeadSteps;
+  if (due) recent_.push_back(now_.before);
+  // The oldest one may be older than that: nothing changed in between.
+  const bool over = recent_.size() > 1 && age(recent_[1]) >= kLeadNs;
+  while (recent_.size() > 1 && age(recent_[1]) >= kLeadNs) recent_.erase(recent_.begin());
+  if (due || over) now_.earlier = recent_.front();
 }
 
 void AxisWatch::ForgetAtGap() {
@@ -440,9 +460,11 @@ void AxisWatch::Forget() {
   fresh.error_bit_differs = now_.error_bit_differs;
   fresh.target_mapped = now_.target_mapped;
   now_ = fresh;
+  state_known_ = false;
   recent_.clear();
   last_state_.reset();
   words_changed_ = way_changed_ = true;
+  newest_outputs_.forgotten = newest_inputs_.forgotten = true;
   if (checks_ == nullptr) return;
   checks_->enable.Forget();
   checks_->command.Forget();

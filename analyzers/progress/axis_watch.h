@@ -47,8 +47,9 @@ class AxisWatch {
   void SetDrive(const device::DriveProfile* drive);
 
   /// @param part  which part of the process image: an axis may lie in several, and one frame may bring them all
-  void OnOutputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave);
-  void OnInputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave);
+  /// @return whether the values were taken: a frame may come late
+  bool OnOutputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave);
+  bool OnInputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave);
   /// A completed transfer of an object with a role.
   void OnSdo(Role role, std::int64_t value, bool download, const FrameRef& frame, const SlaveSide& slave);
   void SetLimit(bool most, std::int64_t value) { (most ? now_.limits.most : now_.limits.least) = value; }
@@ -139,13 +140,20 @@ class AxisWatch {
   struct Newest {
     FrameNo frame = 0;
     std::uint64_t part = 0;
+    bool forgotten = true;  ///< since then
+    /// The last of cycles that were alike is handled once more.
+    [[nodiscard]] bool IsLate(std::uint64_t of_part, const FrameRef& of) const {
+      return of.number < frame || (of.number == frame && part == of_part);
+    }
   };
+  /// Which values are looked at: those that changed since the frame before, or all of them.
+  enum class Look : std::uint8_t { kChanged, kAll };
 
-  /// @return whether the values are to be taken at once
-  [[nodiscard]] bool IsWhole(Newest& newest, std::uint64_t part, const FrameRef& frame);
+  /// Nothing, where the values wait for those of other parts.
+  [[nodiscard]] std::optional<Look> LookAt(Newest& newest, std::uint64_t part, const FrameRef& frame);
   void TakeCollected();
-  void TakeOutputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave);
-  void TakeInputs(const AxisValues& values, const FrameRef& frame, const SlaveSide& slave);
+  void TakeOutputs(const AxisValues& values, Look look, const FrameRef& frame, const SlaveSide& slave);
+  void TakeInputs(const AxisValues& values, Look look, const FrameRef& frame, const SlaveSide& slave);
   [[nodiscard]] Checks& GetChecks();
   [[nodiscard]] const Checks& OfChecks() const;
   void Side(const SlaveSide& slave);
@@ -171,6 +179,8 @@ class AxisWatch {
   const device::DriveProfile* drive_ = nullptr;
   std::uint16_t reserved_control_mask_ = 0;
   Reserved reserved_control_;
+  std::uint16_t state_bits_ = 0;              ///< bits of the status word that tell states apart
+  bool state_known_ = false;                  ///< now_.state is that of now_.status, by this drive_
   std::uint16_t level_mask_ = 0, level_ = 0;  ///< bits of the status word that the manual binds to a level
   Reserved odd_status_;
   AxisView now_;

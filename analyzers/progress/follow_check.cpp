@@ -138,7 +138,7 @@ void FollowCheck::Bits(const AxisView& now, AxisRecords& out) {
   const bool homing = *mode_ == kHoming;
   const AxisFact fact = homing ? AxisFact::kHomingError : AxisFact::kFollowingError;
   const bool error = (homing || HasFollowingError(*mode_)) && now.Status(kErrorBit);
-  if (error && !error_.active()) error_lead_ = now.lead;
+  if (error && !error_.active()) error_lead_ = now.Lead();
   if (const TimeNs held = error_.Hold(error, now.frame); out.IsDue(fact, error_, held, kErrorNs, now.frame)) {
     AxisRecord record = now.Record(fact, error_.since(), held);
     record.lead = error_lead_;

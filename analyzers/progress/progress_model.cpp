@@ -41,9 +41,8 @@ AxisWatch* ProgressModel::Watch(SlaveId slave, std::uint8_t axis) {
   return &found->second;
 }
 
-SlaveSide ProgressModel::SideOf(SlaveId slave) const {
+SlaveSide ProgressModel::SideOf(SlaveId slave, const model::AlMachine& al) const {
   SlaveSide side;
-  const model::AlMachine& al = model_.slave(slave).al;
   if (al.SettledIn(esc::AlState::OP)) {
     side.in_op = InOp::kYes;
   } else {
@@ -68,43 +67,46 @@ ProgressModel::Part& ProgressModel::PartOf(const model::ImagePart& image) {
       parts_.clear();
       recent_ = {};
     }
-    found = parts_.emplace(image.serial, Part{AxisPlaces(image), MotorPlaces(image), nullptr, {}, {}, {}}).first;
+    found = parts_.emplace(image.serial, Part(image)).first;
   }
   recent = {image.serial, &found->second};
   return found->second;
 }
 
+void ProgressModel::FindWatches(SlaveId slave, Part& part) {
+  if (part.shares.empty()) {
+    for (const AxisPlaces::Axis& axis : part.places.axes()) part.shares.push_back({axis, nullptr, {}});
+  }
+  for (Share& share : part.shares) {
+    share.watch = Watch(slave, share.places.number);
+    if (share.watch != nullptr && part.places.terminal()) share.watch->SetTerminal();
+  }
+}
+
 void ProgressModel::Take(const model::ImagePart& image, Part& part, ByteSpan data, const FrameRef& frame) {
   if (data.empty() || !frame.seen()) return;
-  const SlaveSide side = SideOf(image.slave);
-  // Most cycles of a machine at rest change nothing.
+  const SlaveSide side = SideOf(image.slave, image.model->al);
   const bool same_side = std::exchange(part.side, side) == side;
-  const device::DeviceDescription* const profile = model_.slave(image.slave).profile;
-  const bool same_profile = std::exchange(part.profile, profile) == profile;
-  if (part.places.Repeats(data, part.bits) && same_side && same_profile && part.still()) return;
-  if (part.watches.empty() || !same_profile) {
-    part.watches.clear();
-    part.places.ForEachAxis([&](std::uint8_t axis) {
-      AxisWatch* const watch = Watch(image.slave, axis);
-      if (watch != nullptr && part.places.terminal()) watch->SetTerminal();
-      part.watches.push_back(watch);
-    });
+  const device::DeviceDescription* const profile = image.model->profile;
+  const bool same_profile = std::exchange(part.profile, profile) == profile && !part.shares.empty();
+  if (!same_profile) FindWatches(image.slave, part);
+  for (Share& share : part.shares) {
+    AxisValues& values = share.values;
+    part.places.Read(share.places, data, values);
+    if (share.watch == nullptr) continue;
+    if (!same_side || !same_profile) values.TakeAgain();
+    // Most cycles of a machine at rest change nothing.
+    if (!values.changed() && share.watch->still()) continue;
+    const bool outputs = image.direction == device::PdoDirection::kRx;
+    const bool taken = outputs ? share.watch->OnOutputs(values, image.serial, frame, side)
+                               : share.watch->OnInputs(values, image.serial, frame, side);
+    if (taken) values.Taken();
   }
-  auto next = part.watches.begin();
-  part.places.Read(part.bits, data.size(), [&](std::uint8_t, const AxisValues& values) {
-    AxisWatch* const watch = *next++;
-    if (watch == nullptr) return;
-    if (image.direction == device::PdoDirection::kRx) {
-      watch->OnOutputs(values, image.serial, frame, side);
-    } else {
-      watch->OnInputs(values, image.serial, frame, side);
-    }
-  });
 }
 
 void ProgressModel::TakeMotors(const model::ImagePart& image, const Part& part, ByteSpan data, const FrameRef& frame) {
   // Outputs act in OP only.
-  if (data.empty() || !frame.seen() || SideOf(image.slave).in_op != InOp::kYes) return;
+  if (data.empty() || !frame.seen() || SideOf(image.slave, image.model->al).in_op != InOp::kYes) return;
   MotorWatch* watch = nullptr;
   for (const MotorPlaces::Place& place : part.motors.places()) {
     if (watch == nullptr || watch->channel() != place.channel) {
@@ -150,7 +152,7 @@ void ProgressModel::On(const mailbox::SdoTransfer& transfer) {
     // Other devices have other objects at these indices.
     if (word && transfer.data.size() != 2) return;
     if (AxisWatch* const watch = Watch(transfer.slave, role->first)) {
-      watch->OnSdo(role->second, value, download, frame, SideOf(transfer.slave));
+      watch->OnSdo(role->second, value, download, frame, SideOf(transfer.slave, model_.slave(transfer.slave).al));
     }
     return;
   }

@@ -57,25 +57,27 @@ class ProgressModel {
     bool began = false;    ///< its way to OP was seen in this run
     bool leaving = false;  ///< what the master requested last is a state below OP
   };
+  /// One axis in a part of the process image.
+  struct Share {
+    AxisPlaces::Axis places;
+    AxisWatch* watch = nullptr;
+    AxisValues values;  ///< of the last frame
+  };
   /// One part of the process image that holds words of axes.
   struct Part {
+    explicit Part(const model::ImagePart& image) : places(image), motors(image) {}
     AxisPlaces places;
     MotorPlaces motors;
-    const device::DeviceDescription* profile = nullptr;  ///< as `watches` were looked up
-    std::vector<AxisWatch*>
-        watches;  ///< of its axes, in the order of `places`; null: none. Empty before the first data
-    std::vector<std::uint64_t> bits;  ///< of the last frame
-    SlaveSide side;                   ///< likewise
-    [[nodiscard]] bool still() const {
-      return !watches.empty() && std::all_of(watches.begin(), watches.end(),
-                                             [](const AxisWatch* watch) { return watch == nullptr || watch->still(); });
-    }
+    const device::DeviceDescription* profile = nullptr;  ///< as the watches were looked up
+    std::vector<Share> shares;                           ///< empty before the first data
+    SlaveSide side;                                      ///< of the last frame
   };
 
   void TakeMotors(const model::ImagePart& image, const Part& part, ByteSpan data, const FrameRef& frame);
   void Take(const model::ImagePart& image, Part& part, ByteSpan data, const FrameRef& frame);
+  void FindWatches(SlaveId slave, Part& part);
   [[nodiscard]] Part& PartOf(const model::ImagePart& image);
-  [[nodiscard]] SlaveSide SideOf(SlaveId slave) const;
+  [[nodiscard]] SlaveSide SideOf(SlaveId slave, const model::AlMachine& al) const;
   [[nodiscard]] AxisWatch* Watch(SlaveId slave, std::uint8_t axis);
   [[nodiscard]] Slave& Get(SlaveId slave);
   void ForgetSlave(SlaveId slave);

@@ -45,7 +45,7 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
       jump_ = Jump{now.Record(AxisFact::kJumpAtEnable, now.frame), distance, *target, *actual, *target, 0};
       jump_->record.quantity = Quantity::kPosition;
       jump_->record.new_mode = new_mode;
-      jump_->record.lead = now.lead;
+      jump_->record.lead = now.Lead();
     }
   }
   AtEnable(now, out);
@@ -131,7 +131,7 @@ void SetpointCheck::InOperation(const AxisView& now, AxisRecords& out) {
     if (!to_actual && step >= kLeastJump && step >= kTimesStep * std::max<std::int64_t>(usual, 1)) {
       outlier_ = now.Record(AxisFact::kJumpInOperation, now.frame);
       outlier_->quantity = Quantity::kPosition;
-      outlier_->lead = now.lead;
+      outlier_->lead = now.Lead();
       outlier_->a = *last_target_;
       outlier_->b = *target;
       outlier_->c = usual;

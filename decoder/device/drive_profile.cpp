@@ -40,6 +40,15 @@ std::optional<DriveState> DriveProfile::StateOf(std::uint16_t status_word) const
   return std::nullopt;
 }
 
+std::uint16_t DriveProfile::StateBits() const {
+  unsigned bits = 0;
+  for (const DriveStateRow& row : states) {
+    bits |= row.printed.mask;
+    for (const StatusPattern& pattern : row.also) bits |= pattern.mask;
+  }
+  return static_cast<std::uint16_t>(bits);
+}
+
 const DriveStateRow* DriveProfile::FindState(DriveState state) const {
   for (const DriveStateRow& row : states) {
     if (row.state == state) return &row;
