@@ -151,26 +151,7 @@ class WkcNeverRight final : public Rule {
   }
 
   void On(const model::ProcessCycle& cycle) {
-    if (cycle.exchange != model::Exchange::kNo || cycle.part.slave == kNoSlave) return;
-    const bool outputs = cycle.part.direction == device::PdoDirection::kRx;
-    const model::SlaveModel& model = context().slave(cycle.part.slave);
-    const bool in_op = model.al.SettledIn(esc::AlState::OP);
-    const bool exchanges = in_op || (!outputs && model.al.SettledIn(esc::AlState::SAFEOP));
-    auto slave = slaves_.find(cycle.part.slave);
-    if (slave == slaves_.end()) {
-      // Not before either: it has not lost what it had.
-      if (!exchanges || (outputs ? model.outputs : model.inputs).exchanged > 0) return;
-      slave = slaves_.try_emplace(cycle.part.slave).first;
-    }
-    if (!slave->second.request.seen()) {
-      if (!exchanges) return;
-      slave->second.state = static_cast<std::uint8_t>(in_op ? esc::AlState::OP : esc::AlState::SAFEOP);
-    }
-    Missed& missed = slave->second.missed[outputs ? 0 : 1];
-    if (!missed.first.seen()) missed.first = cycle.frame();
-    missed.last = cycle.frame();
-    missed.command = cycle.command;
-    ++missed.count;
+    if (cycle.exchange == model::Exchange::kNo && cycle.part.slave != kNoSlave) Count(cycle);
   }
 
   void On(const track::LogicalAccess& e) {
@@ -286,6 +267,29 @@ class WkcNeverRight final : public Rule {
     std::uint8_t manager = 0;
     bool counted = false;
   };
+
+  /// Data that a slave did not exchange, from the first request for OP on.
+  [[gnu::noinline]] void Count(const model::ProcessCycle& cycle) {
+    const bool outputs = cycle.part.direction == device::PdoDirection::kRx;
+    const model::SlaveModel& model = context().slave(cycle.part.slave);
+    const bool in_op = model.al.SettledIn(esc::AlState::OP);
+    const bool exchanges = in_op || (!outputs && model.al.SettledIn(esc::AlState::SAFEOP));
+    auto slave = slaves_.find(cycle.part.slave);
+    if (slave == slaves_.end()) {
+      // Not before either: it has not lost what it had.
+      if (!exchanges || (outputs ? model.outputs : model.inputs).exchanged > 0) return;
+      slave = slaves_.try_emplace(cycle.part.slave).first;
+    }
+    if (!slave->second.request.seen()) {
+      if (!exchanges) return;
+      slave->second.state = static_cast<std::uint8_t>(in_op ? esc::AlState::OP : esc::AlState::SAFEOP);
+    }
+    Missed& missed = slave->second.missed[outputs ? 0 : 1];
+    if (!missed.first.seen()) missed.first = cycle.frame();
+    missed.last = cycle.frame();
+    missed.command = cycle.command;
+    ++missed.count;
+  }
 
   void WatchOneBuffer(const track::LogicalAccess& e) {
     const model::LogicalExpectation& expected = context().bus().Expect(e);

@@ -116,23 +116,8 @@ class DeviceFaultBit final : public Rule {
   void On(const track::RunBegan&) { Forget(); }
 
   void On(const model::ProcessCycle& cycle) {
-    const model::ImagePart& part = cycle.part;
-    if (part.direction != device::PdoDirection::kTx || part.slave == kNoSlave || part.places.empty()) return;
-    if (part.slave >= placed_.size()) placed_.resize(part.slave + std::size_t{1});
-    Placed& placed = placed_[part.slave];
-    if (placed.serial != part.serial || placed.family != part.model->profile) Place(placed, part);
-    if (placed.places.empty() || cycle.exchange != model::Exchange::kYes || !cycle.has_data()) return;
-    placed.newest = cycle.frame().number;
-    for (Placed::One& one : placed.places) {
-      const model::ImagePart::Place& place = one.place;
-      const auto value = cycle.Value(place);
-      if (!value || one.last == value) continue;  // nearly always
-      one.last = value;
-      Evaluate(
-          {part.slave, static_cast<std::uint16_t>(place.object >> 8U), static_cast<std::uint8_t>(place.object & 0xFFU),
-           *value, place.bits, part.layout->assumed ? Confidence::kInferred : Confidence::kObserved},
-          *part.model->profile, cycle.frame());
-    }
+    const bool inputs = cycle.part.direction == device::PdoDirection::kTx;
+    if (inputs && cycle.part.slave != kNoSlave && !cycle.part.places.empty()) TakeInputs(cycle);
   }
 
   void On(const mailbox::SdoTransfer& t) {
@@ -190,6 +175,25 @@ class DeviceFaultBit final : public Rule {
     for (auto& [key, episode] : episodes_) episode.open = false;
     for (Placed& placed : placed_) {
       for (Placed::One& one : placed.places) one.last.reset();
+    }
+  }
+
+  [[gnu::noinline]] void TakeInputs(const model::ProcessCycle& cycle) {
+    const model::ImagePart& part = cycle.part;
+    if (part.slave >= placed_.size()) placed_.resize(part.slave + std::size_t{1});
+    Placed& placed = placed_[part.slave];
+    if (placed.serial != part.serial || placed.family != part.model->profile) Place(placed, part);
+    if (placed.places.empty() || cycle.exchange != model::Exchange::kYes || !cycle.has_data()) return;
+    placed.newest = cycle.frame().number;
+    for (Placed::One& one : placed.places) {
+      const model::ImagePart::Place& place = one.place;
+      const auto value = cycle.Value(place);
+      if (!value || one.last == value) continue;  // nearly always
+      one.last = value;
+      Evaluate(
+          {part.slave, static_cast<std::uint16_t>(place.object >> 8U), static_cast<std::uint8_t>(place.object & 0xFFU),
+           *value, place.bits, part.layout->assumed ? Confidence::kInferred : Confidence::kObserved},
+          *part.model->profile, cycle.frame());
     }
   }
 

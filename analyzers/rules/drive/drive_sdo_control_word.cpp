@@ -97,18 +97,7 @@ class DriveSdoControlWord final : public Rule {
 
   void On(const model::ProcessCycle& cycle) {
     if (written_.empty() || cycle.part.direction != device::PdoDirection::kRx) return;
-    if (cycle.exchange != model::Exchange::kYes || !cycle.has_data()) return;
-    std::erase_if(written_, [&](const Written& written) {
-      const FrameRef& sent = cycle.sent.seen() ? cycle.sent : cycle.frame();
-      if (written.slave != cycle.part.slave || sent.number <= written.answer.number) return false;
-      const std::optional<std::uint64_t> word = cycle.Value(written.index, 0);
-      if (!word) return false;
-      const bool timed = written.answer.has_time && sent.has_time;
-      const bool goes_on = !timed || Elapsed(written.answer.time, sent.time) <= kSoonNs;
-      const bool in_op = context().slave(written.slave).al.SettledIn(esc::AlState::OP);
-      if (goes_on && in_op && *word != written.word) ReportOverwritten(written, *word, sent);
-      return true;
-    });
+    if (cycle.exchange == model::Exchange::kYes && cycle.has_data()) Compare(cycle);
   }
 
  private:
@@ -126,6 +115,21 @@ class DriveSdoControlWord final : public Rule {
     FrameNo cyclic_since = 0;  ///< frame since which the outputs had their word
     Confidence confidence = Confidence::kObserved;
   };
+
+  /// With the word that the outputs hold.
+  [[gnu::noinline]] void Compare(const model::ProcessCycle& cycle) {
+    std::erase_if(written_, [&](const Written& written) {
+      const FrameRef& sent = cycle.sent.seen() ? cycle.sent : cycle.frame();
+      if (written.slave != cycle.part.slave || sent.number <= written.answer.number) return false;
+      const std::optional<std::uint64_t> word = cycle.Value(written.index, 0);
+      if (!word) return false;
+      const bool timed = written.answer.has_time && sent.has_time;
+      const bool goes_on = !timed || Elapsed(written.answer.time, sent.time) <= kSoonNs;
+      const bool in_op = context().slave(written.slave).al.SettledIn(esc::AlState::OP);
+      if (goes_on && in_op && *word != written.word) ReportOverwritten(written, *word, sent);
+      return true;
+    });
+  }
 
   void ReportOverwritten(const Written& written, std::uint64_t cyclic, const FrameRef& frame) {
     if (Repeat(written.slave, AxisKey(written.axis), written.request) != kNoFinding) return;

@@ -119,22 +119,8 @@ class PdoObjectType final : public Rule {
 
   /// Follows the inputs of the slaves that have a mailbox, where they lie in one piece.
   void On(const model::ProcessCycle& cycle) {
-    if (cycle.part.direction != PdoDirection::kTx || cycle.part.slave == kNoSlave || cycle.part.by_eni) return;
-    if (cycle.part.slave >= held_.size() || !held_[cycle.part.slave].with_sdo) return;
-    if (cycle.exchange != model::Exchange::kYes || !cycle.has_data() || cycle.part.places.empty()) return;
-    const std::vector<model::BitRun>& runs = cycle.part.runs;
-    if (runs.size() != 1 || runs[0].in_datagram % 8 != 0 || runs[0].bits % 8 != 0) return;
-    Held& held = held_[cycle.part.slave];
-    if (held.serial != cycle.part.serial) {
-      // Inputs in several datagrams, or other ones than before.
-      held.Forget();
-      held.serial = cycle.part.serial;
-      held.places = cycle.part.places;
-      held.begin = runs[0].in_datagram;
-    }
-    if (!cycle.frame().has_time) return held.Forget();
-    held.inputs.Take(Slice(cycle.data, runs[0].in_datagram / 8, runs[0].bits / 8), cycle.frame());
-    if (!held.compared.empty()) Confirm(held, cycle);
+    if (cycle.part.direction != PdoDirection::kTx || cycle.part.slave >= held_.size() || cycle.part.by_eni) return;
+    if (held_[cycle.part.slave].with_sdo) TakeInputs(cycle);
   }
 
   void On(const mailbox::SdoTransfer& transfer) {
@@ -204,6 +190,23 @@ class PdoObjectType final : public Rule {
 
   void Forget() {
     for (Held& held : held_) held.Forget();
+  }
+
+  [[gnu::noinline]] void TakeInputs(const model::ProcessCycle& cycle) {
+    if (cycle.exchange != model::Exchange::kYes || !cycle.has_data() || cycle.part.places.empty()) return;
+    const std::vector<model::BitRun>& runs = cycle.part.runs;
+    if (runs.size() != 1 || runs[0].in_datagram % 8 != 0 || runs[0].bits % 8 != 0) return;
+    Held& held = held_[cycle.part.slave];
+    if (held.serial != cycle.part.serial) {
+      // Inputs in several datagrams, or other ones than before.
+      held.Forget();
+      held.serial = cycle.part.serial;
+      held.places = cycle.part.places;
+      held.begin = runs[0].in_datagram;
+    }
+    if (!cycle.frame().has_time) return held.Forget();
+    held.inputs.Take(Slice(cycle.data, runs[0].in_datagram / 8, runs[0].bits / 8), cycle.frame());
+    if (!held.compared.empty()) Confirm(held, cycle);
   }
 
   static std::uint64_t Mask(std::uint32_t bits) {
