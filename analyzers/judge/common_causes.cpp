@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -25,7 +26,6 @@ namespace {
 constexpr TimeNs kWhileItLasts = -2;
 constexpr TimeNs kSoon = 100'000'000;
 constexpr TimeNs kLater = 10'000'000'000;
-constexpr std::int64_t kWatchdog = 0x1B;  // AL status code
 constexpr std::int64_t kErrorBit = 0x10;  // of AL Status
 constexpr FrameNo kNearby = 100;
 
@@ -178,7 +178,7 @@ bool NamesSynchronisationByCode(const RuleContext& context, const Finding& effec
 }
 
 bool NamesSynchronisationOrWatchdog(const RuleContext& context, const Finding& effect) {
-  return NumberOf(effect, "al_status_code") == kWatchdog || NamesSynchronisationByCode(context, effect);
+  return NumberOf(effect, "al_status_code") == esc::al_code::kWatchdog || NamesSynchronisationByCode(context, effect);
 }
 
 /// A download to what sync manager 2 (1C12h, 1600h-17FFh) or 3 (1C13h, 1A00h-1BFFh) carries; 0: to something else.
@@ -235,25 +235,28 @@ bool CountedMeanwhile(const Finding& effect, const Finding& cause) {
   return BegunBy(cause) <= effect.last.number && effect.first.number <= cause.last.number;
 }
 
+/// The AL status code is one of `codes`.
+bool HasCode(const Finding& effect, std::initializer_list<esc::al_code::Code> codes) {
+  const auto code = NumberOf(effect, "al_status_code");
+  return code && std::find(codes.begin(), codes.end(), *code) != codes.end();
+}
+
 /// The slave's own code speaks of process data: their sync managers, length or mapping.
 bool NamesProcessData(const RuleContext&, const Finding& effect) {
-  constexpr std::array<std::int64_t, 6> kCodes{0x0017, 0x001D, 0x001E, 0x0021, 0x0024, 0x0025};
-  const auto code = NumberOf(effect, "al_status_code");
-  return code && std::find(kCodes.begin(), kCodes.end(), *code) != kCodes.end();
+  using namespace esc::al_code;
+  return HasCode(effect, {kSyncManagers, kOutputs, kInputs, kNeedsInit, kInputMapping, kOutputMapping});
 }
 
-/// The code is about the exchange of process data (0x0018, 0x0019, 0x001B, 0x002B) or the settings for it.
+/// The code is about the exchange of process data or the settings for it.
 bool NamesExchange(const RuleContext& context, const Finding& effect) {
-  constexpr std::array<std::int64_t, 4> kCodes{0x0018, 0x0019, 0x001B, 0x002B};
-  const auto code = NumberOf(effect, "al_status_code");
-  return NamesProcessData(context, effect) || (code && std::find(kCodes.begin(), kCodes.end(), *code) != kCodes.end());
+  using namespace esc::al_code;
+  return NamesProcessData(context, effect) || HasCode(effect, {kNoInputs, kNoOutputs, kWatchdog, kNoInputsAndOutputs});
 }
 
-/// The code is about the synchronisation mode or its cycle: 0x0026 to 0x0028, 0x0030, 0x0035, 0x0036.
+/// The code is about the synchronisation mode or its cycle.
 bool NamesSyncSettings(const RuleContext&, const Finding& effect) {
-  constexpr std::array<std::int64_t, 6> kCodes{0x0026, 0x0027, 0x0028, 0x0030, 0x0035, 0x0036};
-  const auto code = NumberOf(effect, "al_status_code");
-  return code && std::find(kCodes.begin(), kCodes.end(), *code) != kCodes.end();
+  using namespace esc::al_code;
+  return HasCode(effect, {kInconsistent, kFreeRun, kSyncMode, kSyncSettings, kSyncCycle, kSync0Cycle});
 }
 
 bool IsErrorOfDownload(const Finding& cause) {
@@ -292,7 +295,7 @@ bool TouchesLookBefore(const RuleContext& context, const Moment& effect, const F
 
 /// The process data watchdog ran out.
 bool NamesWatchdog(const RuleContext&, const Finding& effect) {
-  return NumberOf(effect, "al_status_code") == kWatchdog;
+  return NumberOf(effect, "al_status_code") == esc::al_code::kWatchdog;
 }
 
 /// The master did not read the code, and the slave dropped as it does where the watchdog runs out.

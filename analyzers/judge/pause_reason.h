@@ -16,8 +16,6 @@ inline constexpr NoteKind kAllPaused{
     .text =
         R"(From {paused_from} to {paused_to}, for {pause_ms}, no slave got outputs (LRW, LWR). The FMMUs of this slave
 are not in the capture: which of them are its own is not known.)"};
-/// AL status code: the process data watchdog of the slave expired.
-inline constexpr std::uint16_t kWatchdogExpired = 0x001B;
 /// For the title.
 inline constexpr Word kWhyPaused{"process-data-paused", "no outputs"};
 

@@ -192,10 +192,10 @@ std::optional<MappingSuspicions::Suspicion> MappingSuspicions::Confirm(const Rul
   if (found == open_.end() || code == 0) return std::nullopt;
   Suspicion suspicion = std::move(found->second);
   open_.erase(found);
-  // Sync managers; outputs (0x001D, 0x0025) and inputs (0x001E, 0x0024).
-  const bool outputs = code == 0x001D || code == 0x0025;
-  const bool inputs = code == 0x001E || code == 0x0024;
-  if (!outputs && !inputs && code != 0x0017) return std::nullopt;
+  using namespace esc;
+  const bool outputs = code == al_code::kOutputs || code == al_code::kOutputMapping;
+  const bool inputs = code == al_code::kInputs || code == al_code::kInputMapping;
+  if (!outputs && !inputs && code != al_code::kSyncManagers) return std::nullopt;
   for (Suspect& suspect : suspicion.suspects) {
     suspect.by_code = suspect.direction == device::PdoDirection::kRx ? !inputs : !outputs;
   }

@@ -544,13 +544,12 @@ bool AlMachine::WentOnUnacknowledged() const {
 /// down, had fallen by itself, because the master stopped its process data first, and goes on from there.
 bool AlMachine::FellBefore(const track::AlStatusRead& read) const {
   const std::uint16_t code = read.status_code.value_or(0);
-  constexpr std::uint16_t kWatchdog = 0x001B;
-  const bool runs_out = code == kWatchdog || esc::SpeaksOfSynchronisation(code);
+  const bool runs_out = code == esc::al_code::kWatchdog || esc::SpeaksOfSynchronisation(code);
   if (open_->verdict == AlVerdict::kIllegal || !runs_out) return false;
   const bool before_known = read_state_ != 0 && error_ == Error::kNo;
   int highest = Height(read_state_);
   // A master may request OP and never read whether the slave follows. The watchdog runs in OP only.
-  if (const AlRequestRecord* unread = HighestUnread(); unread != nullptr && code == kWatchdog) {
+  if (const AlRequestRecord* unread = HighestUnread(); unread != nullptr && code == esc::al_code::kWatchdog) {
     highest = std::max(highest, Height(unread->control.state()));
   }
   return before_known && Height(read.status.state()) < highest && Height(open_->control.state()) < highest;

@@ -18,10 +18,50 @@ enum class AlState : std::uint8_t {
 [[nodiscard]] constexpr bool IsAlState(std::uint8_t value) {
   return value == 1 || value == 2 || value == 3 || value == 4 || value == 8;
 }
+/// AL status codes (0x0134) that decide something; AlStatusCodeName() has the names of all.
+namespace al_code {
+enum Code : std::uint16_t {
+  kUnspecified = 0x0001,
+  kInvalidChange = 0x0011,
+  kUnknownState = 0x0012,
+  kBootNotSupported = 0x0013,
+  kBootMailbox = 0x0015,
+  kMailbox = 0x0016,
+  kSyncManagers = 0x0017,
+  kNoInputs = 0x0018,
+  kNoOutputs = 0x0019,
+  kSynchronization = 0x001A,
+  kWatchdog = 0x001B,
+  kOutputs = 0x001D,
+  kInputs = 0x001E,
+  kWatchdogSettings = 0x001F,
+  kNeedsInit = 0x0021,
+  kInputMapping = 0x0024,
+  kOutputMapping = 0x0025,
+  kInconsistent = 0x0026,
+  kFreeRun = 0x0027,
+  kSyncMode = 0x0028,
+  kNoInputsAndOutputs = 0x002B,
+  kFatalSync = 0x002C,
+  kNoSync = 0x002D,
+  kCycleTooSmall = 0x002E,
+  kSyncSettings = 0x0030,
+  kPll = 0x0032,
+  kSyncIo = 0x0033,
+  kSyncTimeout = 0x0034,
+  kSyncCycle = 0x0035,
+  kSync0Cycle = 0x0036,
+  kEepromAccess = 0x0050,
+  kModules = 0x0070,
+  kFirstOfVendors = 0x8000,
+};
+}  // namespace al_code
+
 /// AL status codes of a slave in operation whose SYNC signals or their relation to the process data went wrong
 /// (esc-reference 5.5): 0x001A, 0x002C to 0x0036.
 [[nodiscard]] constexpr bool SpeaksOfSynchronisation(std::int64_t al_status_code) {
-  return al_status_code == 0x001A || (al_status_code >= 0x002C && al_status_code <= 0x0036);
+  return al_status_code == al_code::kSynchronization ||
+         (al_status_code >= al_code::kFatalSync && al_status_code <= al_code::kSync0Cycle);
 }
 /// "INIT", "PREOP", ...; for other values "state 5".
 [[nodiscard]] std::string StateName(std::uint8_t value);

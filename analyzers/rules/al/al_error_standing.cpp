@@ -418,7 +418,7 @@ class AlErrorStanding final : public Rule {
       finding.Set("no_code", arg::Flag());
     }
     if (s.ignored) finding.Add(kNotAcknowledged);
-    if (s.paused && s.code == kWatchdogExpired && InSafeop(s)) {
+    if (s.paused && s.code == esc::al_code::kWatchdog && InSafeop(s)) {
       finding.Set("reason", arg::Of(kWhyPaused)).Set("reason_value", arg::Ms(s.paused->length()));
       finding.notes.push_back(NoteOf(*s.paused));
     }

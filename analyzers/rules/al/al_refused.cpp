@@ -145,8 +145,6 @@ Correct the cause if the finding names one. Otherwise use the AL status code:
 - 0x0030 to 0x0037: distributed clocks
 )"};
 
-constexpr std::uint16_t kBootNotSupported = 0x0013;
-
 class AlRefused final : public Rule {
  public:
   AlRefused() : Rule(kInfo) {
@@ -246,8 +244,7 @@ class AlRefused final : public Rule {
 
   /// An unspecified error, and codes of the vendor.
   [[nodiscard]] static bool NamesNoSetting(std::uint16_t code) {
-    constexpr std::uint16_t kUnspecified = 0x0001, kFirstOfVendors = 0x8000;
-    return code == kUnspecified || code >= kFirstOfVendors;
+    return code == esc::al_code::kUnspecified || code >= esc::al_code::kFirstOfVendors;
   }
   /// It requests only the end of the error.
   [[nodiscard]] static bool IsAcknowledge(const model::AlAnswered& e) {
@@ -332,8 +329,8 @@ class AlRefused final : public Rule {
   }
   /// The state itself is what the slave refuses.
   [[nodiscard]] static bool IsAboutTheRequest(std::uint16_t code) {
-    constexpr std::uint16_t kInvalidChange = 0x0011, kUnknownState = 0x0012;
-    return code == kInvalidChange || code == kUnknownState || code == kBootNotSupported;
+    return code == esc::al_code::kInvalidChange || code == esc::al_code::kUnknownState ||
+           code == esc::al_code::kBootNotSupported;
   }
 
   /// How the master gets to the requested state from where the slave is now, and acknowledges.
@@ -411,8 +408,8 @@ class AlRefused final : public Rule {
       finding.reference = ReferenceTo(entry->source);
     }
     if (entry != nullptr && reported.codes.size() == 1) DescribeResult(finding, reported, *entry, family);
-    const bool no_boot =
-        std::find(reported.codes.begin(), reported.codes.end(), kBootNotSupported) != reported.codes.end();
+    const bool no_boot = std::find(reported.codes.begin(), reported.codes.end(), esc::al_code::kBootNotSupported) !=
+                         reported.codes.end();
     if (no_boot) finding.Set("no_boot", arg::Flag());
     if (NamesNoSetting(reported.codes.front())) finding.Set("names_no_setting", arg::Flag());
   }

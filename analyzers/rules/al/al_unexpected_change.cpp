@@ -406,7 +406,7 @@ class AlUnexpectedChange final : public Rule {
                                                       .code = code,
                                                       .shown = reported.change.frame.number,
                                                       .held_since = reported.change.before_first});
-    if (code == kWatchdogExpired && reported.reasons.reason == nullptr) AddPause(reported);
+    if (code == esc::al_code::kWatchdog && reported.reasons.reason == nullptr) AddPause(reported);
     Describe(context().store[index], reported);
     AddRelated(context().store[index], frame.number == context().store[index].first.number ? 0 : frame.number);
   }

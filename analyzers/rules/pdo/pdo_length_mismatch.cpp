@@ -120,8 +120,8 @@ class PdoLengthMismatch final : public Rule {
   void On(const model::AlAnswered& e) {
     if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
     if (e.outcome == model::AlAnswered::Outcome::kRefused) {
-      constexpr std::uint16_t kWatchdog = 0x001B;  // outputs do not arrive, although the master sends them
-      if (e.code != kWatchdog) return;
+      // Outputs do not arrive, although the master sends them.
+      if (e.code != esc::al_code::kWatchdog) return;
       const FindingIndex cause = EvaluateFmmus(e, device::PdoDirection::kRx);
       if (cause != kNoFinding && refused_.size() < FindingStore::kMaxFindings) {
         refused_.push_back({e.slave, e.frame.number, cause});

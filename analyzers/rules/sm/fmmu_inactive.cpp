@@ -24,7 +24,6 @@ namespace ecaudit::fmmu_inactive {
 namespace {
 
 constexpr std::uint8_t kOp = static_cast<std::uint8_t>(esc::AlState::OP);
-constexpr std::uint16_t kWatchdogCode = 0x001B;
 /// After this time in OP the slave must have exchanged something.
 constexpr std::int64_t kLongEnoughNs = 20'000'000;
 
@@ -140,7 +139,7 @@ class FmmuInactive final : public Rule {
 
   /// OP is refused because outputs are missing.
   void On(const model::AlAnswered& e) {
-    const bool refused = e.outcome == model::AlAnswered::Outcome::kRefused && e.code == kWatchdogCode;
+    const bool refused = e.outcome == model::AlAnswered::Outcome::kRefused && e.code == esc::al_code::kWatchdog;
     if (!refused || e.request.control.state() != kOp) return;
     if (e.slave >= slaves_.size()) slaves_.resize(static_cast<std::size_t>(e.slave) + 1);
     Watched& slave = slaves_[e.slave];
@@ -361,7 +360,7 @@ class FmmuInactive final : public Rule {
   }
 
   void Blame(SlaveId id, std::uint16_t code) {
-    if (code != kWatchdogCode || id >= slaves_.size() || drops_.size() >= kMost) return;
+    if (code != esc::al_code::kWatchdog || id >= slaves_.size() || drops_.size() >= kMost) return;
     const Watched& slave = slaves_[id];
     if (slave.outputs != kNoFinding && slave.dropped != 0) drops_.push_back({id, slave.dropped, slave.outputs});
   }

@@ -17,7 +17,6 @@
 namespace ecaudit::sm_process_config {
 namespace {
 
-constexpr std::uint16_t kInvalidSyncManager = 0x0017;
 constexpr auto kPreop = static_cast<std::uint8_t>(esc::AlState::PREOP);
 constexpr std::uint8_t kOutputs = 2;  // sync managers of slaves with a mailbox
 constexpr std::uint8_t kInputs = 3;
@@ -123,7 +122,7 @@ class SmProcessConfig final : public Rule {
   static bool Verifies(const device::DeviceDescription& family, std::uint8_t from, esc::AlState to) {
     if (to == esc::AlState::SAFEOP) return from == kPreop;
     if (from != static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return false;
-    const device::AlStatusCode* code = family.al_status_code(kInvalidSyncManager);
+    const device::AlStatusCode* code = family.al_status_code(esc::al_code::kSyncManagers);
     return code != nullptr && code->exclusive && code->AppliesTo(esc::AlState::SAFEOP, esc::AlState::OP);
   }
 

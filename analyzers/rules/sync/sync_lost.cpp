@@ -19,7 +19,6 @@
 namespace ecaudit::sync_lost {
 namespace {
 
-constexpr std::uint16_t kWatchdogCode = 0x001B;
 /// A master that stops requests another state sooner.
 constexpr TimeNs kCertainPause = 100'000'000;
 
@@ -206,7 +205,7 @@ class SyncLost final : public Rule {
   void EvaluateOpen(const sync::OutputGap& e, const model::SlaveModel& slave) {
     if (!slave.profile->sync.lost_after_jitter.value) return;
     const TimeNs cycle = CycleOf(slave, e);
-    if (cycle <= 0 || (e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode))) return;
+    if (cycle <= 0 || (e.fell.seen() && (!e.fell_code || *e.fell_code == esc::al_code::kWatchdog))) return;
     if (!e.uncertainty_ns) {
       NotEvaluable(e.slave, ReasonCode::kStampsTooCoarse, what::kProcessDataTiming, EndOf(e).number);
       return;
@@ -247,7 +246,7 @@ class SyncLost final : public Rule {
       return std::nullopt;
     }
     // The watchdog was faster, as the drive reports: sync-watchdog-margin reports the pause.
-    if (e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode)) return std::nullopt;
+    if (e.fell.seen() && (!e.fell_code || *e.fell_code == esc::al_code::kWatchdog)) return std::nullopt;
     if (!e.status_word) {
       NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kStatusWord, EndOf(e).number);
       return std::nullopt;

@@ -94,7 +94,7 @@ class SyncNotActivated final : public Rule {
   void On(const model::AlAnswered& e) {
     if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
     const bool refused = e.outcome == model::AlAnswered::Outcome::kRefused;
-    if (refused && e.code.value_or(0) != kNoSync) return;
+    if (refused && e.code.value_or(0) != esc::al_code::kNoSync) return;
     const sync::DcUnit& unit = context().sync().dc(e.slave);
     if (!unit.cycle_configured().seen()) return;
     if (!unit.activation()) {
@@ -131,8 +131,7 @@ class SyncNotActivated final : public Rule {
     return finding;
   }
 
-  static constexpr std::uint16_t kNoSync = 0x002D;  ///< "no sync error": SYNC0 was never seen
-  static constexpr unsigned kCompared = 0x07;       ///< cyclic operation, SYNC0, SYNC1
+  static constexpr unsigned kCompared = 0x07;  ///< cyclic operation, SYNC0, SYNC1
   static constexpr std::size_t kMostNamed = 6;
 
   [[nodiscard]] static esc::SyncActivation WantedBy(const device::DcMode& mode) {

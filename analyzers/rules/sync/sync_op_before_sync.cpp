@@ -11,8 +11,6 @@
 namespace ecaudit::sync_op_before_sync {
 namespace {
 
-constexpr std::uint16_t kSyncError = 0x001A;
-
 constexpr FindingKind kRefused{
     .name = "refused",
     .title = "OP refused with {al_status_code:number}: the drive is not synchronised yet",
@@ -129,13 +127,13 @@ class SyncOpBeforeSync final : public Rule {
     if (request.transition->basis != device::Basis::kPrinted) return false;
     const auto& codes = request.transition->refusal_codes;
     return request.verdict == model::AlVerdict::kLegal &&
-           std::find(codes.begin(), codes.end(), kSyncError) != codes.end();
+           std::find(codes.begin(), codes.end(), esc::al_code::kSynchronization) != codes.end();
   }
 
   void Refused(SlaveId slave, std::uint16_t code) {
     const Open open = OpenOf(slave);
     OpenOf(slave) = {};
-    if (code != kSyncError) return;
+    if (code != esc::al_code::kSynchronization) return;
     FindingIndex index = Repeat(slave, 0, open.answer);
     if (index == kNoFinding) {
       Finding finding = FindingOf(kRefused, slave, open.request, open.answer);

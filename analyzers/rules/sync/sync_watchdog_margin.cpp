@@ -25,7 +25,6 @@ namespace ecaudit::sync_watchdog_margin {
 namespace {
 
 constexpr std::uint16_t kDefaultSteps = 1000;
-constexpr std::uint16_t kWatchdogCode = 0x001B;
 /// A cycle of half the watchdog is measured a little shorter now and then: by no more than this part.
 constexpr TimeNs kAboutHalf = 64;
 /// Gaps that are as long as usual, if nothing else shows what that is.
@@ -252,7 +251,7 @@ class SyncWatchdogMargin final : public Rule {
   }
 
   void On(const model::AlAnswered& e) {
-    if (e.outcome != model::AlAnswered::Outcome::kRefused || !e.code || *e.code != kWatchdogCode ||
+    if (e.outcome != model::AlAnswered::Outcome::kRefused || !e.code || *e.code != esc::al_code::kWatchdog ||
         e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) {
       return;
     }
@@ -350,7 +349,7 @@ class SyncWatchdogMargin final : public Rule {
 
   /// Without a code, the slave dropped as it does where the watchdog runs out.
   static bool MayBeWatchdog(const model::AlChangedByItself& e) {
-    if (e.code) return *e.code == kWatchdogCode;
+    if (e.code) return *e.code == esc::al_code::kWatchdog;
     return e.before.state() == static_cast<std::uint8_t>(esc::AlState::OP) && e.status.bit4() &&
            e.status.state() == static_cast<std::uint8_t>(esc::AlState::SAFEOP);
   }
@@ -358,7 +357,8 @@ class SyncWatchdogMargin final : public Rule {
   /// The slave left OP because of outputs that the master never sent. Where a pause is the cause, On(OutputGap) has it.
   void DroppedWithoutOutputs(SlaveId id, std::uint16_t code) {
     const std::optional<model::AlChangedByItself> drop = std::exchange(Of(id).drop, std::nullopt);
-    if (!drop || code != kWatchdogCode || drop->before.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
+    if (!drop || code != esc::al_code::kWatchdog || drop->before.state() != static_cast<std::uint8_t>(esc::AlState::OP))
+      return;
     if (context().sync().outputs(id).seen || AcceptsNone(id, 0)) return;
     // No FMMU maps its outputs: fmmu-inactive reports that.
     if (!IsMapped(id)) {
@@ -416,7 +416,7 @@ class SyncWatchdogMargin final : public Rule {
     }
     // No outputs paused where none ever came: DroppedWithoutOutputs() has that.
     if (e.end == sync::OutputGap::End::kFell && !e.fed_before && !context().sync().outputs(e.slave).seen) return;
-    const bool left_op = e.fell.seen() && (!e.fell_code || *e.fell_code == kWatchdogCode);
+    const bool left_op = e.fell.seen() && (!e.fell_code || *e.fell_code == esc::al_code::kWatchdog);
     if (!watchdog.monitors && !left_op) return;
     FindingIndex index = kNoFinding;
     if (IsUsual(e, watchdog)) {

@@ -1,0 +1,64 @@
+/// What is asked about an AL status code: one row for the codes with the same reasons.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "analyzers/judge/refusal/checks.h"
+#include "decoder/esc/al.h"
+
+namespace ecaudit::refusal {
+
+namespace al = esc::al_code;
+
+struct Row {
+  std::array<std::uint16_t, 6> codes;  ///< with the same reasons; 0: no more
+  std::array<Check, 10> checks;        ///< the likeliest reason first; null: no more
+
+  [[nodiscard]] constexpr bool Has(std::uint16_t code) const {
+    return code != 0 && std::find(codes.begin(), codes.end(), code) != codes.end();
+  }
+  [[nodiscard]] constexpr bool Asks(Check check) const {
+    return std::find(checks.begin(), checks.end(), check) != checks.end();
+  }
+};
+
+inline constexpr std::array kRows{
+    Row{{al::kBootMailbox}, {CheckMailboxSet, CheckBootstrap, Of<0, CheckIgnored>, Of<1, CheckIgnored>}},
+    Row{{al::kMailbox},
+        {CheckMailboxSet, CheckMailboxWords, Of<0, CheckIgnored>, Of<1, CheckIgnored>, CheckMailboxFirmware}},
+    Row{{al::kSyncManagers},
+        {CheckMailboxSet, Of<0, CheckIgnored>, Of<1, CheckIgnored>, Of<kOutputs, CheckManagerSet>,
+         Of<kInputs, CheckManagerSet>, Of<kOutputs, CheckIgnored>, Of<kInputs, CheckIgnored>, Of<kOutputs, CheckMapped>,
+         Of<kInputs, CheckMapped>, CheckLengths}},
+    Row{{al::kNoInputs}, {CheckInputs, CheckLrw}},
+    Row{{al::kNoOutputs, al::kWatchdog}, {CheckLrw, CheckOutputs}},
+    Row{{al::kNoInputsAndOutputs}, {CheckLrw, CheckOutputs, CheckInputs}},
+    Row{{al::kOutputs, al::kOutputMapping},
+        {CheckTypes, Of<kOutputs, CheckManagerSet>, Of<kOutputs, CheckIgnored>, Of<kOutputs, CheckCount>,
+         Of<kOutputs, CheckMapped>, CheckLengths, Of<kOutputs, CheckAssigned>}},
+    Row{{al::kInputs, al::kInputMapping},
+        {CheckTypes, Of<kInputs, CheckManagerSet>, Of<kInputs, CheckIgnored>, Of<kInputs, CheckCount>,
+         Of<kInputs, CheckMapped>, CheckLengths, Of<kInputs, CheckAssigned>}},
+    Row{{al::kWatchdogSettings}, {CheckWatchdog}},
+    Row{{al::kInconsistent}, {CheckSyncTypes, CheckSyncCycle, CheckLengths}},
+    Row{{al::kFreeRun}, {CheckTypeRejected, CheckSyncActive, CheckSyncTypes}},
+    Row{{al::kSyncMode}, {CheckSyncUnsupported, CheckTypeRejected, CheckSyncTypes}},
+    Row{{al::kSynchronization, al::kFatalSync, al::kNoSync, al::kPll, al::kSyncIo, al::kSyncTimeout},
+        {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate, CheckArrival}},
+    Row{{al::kCycleTooSmall}, {CheckSyncCycle}},
+    Row{{al::kSyncSettings}, {CheckSyncActive, CheckSyncCycle, CheckSyncTypes, CheckLeftOn, CheckSyncSettings}},
+    Row{{al::kSyncCycle}, {CheckSyncActive, CheckSyncCycle, CheckRate, CheckSyncTypes, CheckSyncSettings}},
+    Row{{al::kSync0Cycle}, {CheckSyncActive, CheckSyncCycle, CheckSyncTypes, CheckSyncSettings}},
+    Row{{al::kEepromAccess}, {CheckEepromOwner}},
+    Row{{al::kModules}, {CheckModules}},
+};
+
+/// Null: nothing is known that could be asked about the code.
+[[nodiscard]] inline const Row* RowOf(std::uint16_t code) {
+  const auto* row = std::find_if(kRows.begin(), kRows.end(), [code](const Row& r) { return r.Has(code); });
+  return row == kRows.end() ? nullptr : row;
+}
+
+}  // namespace ecaudit::refusal

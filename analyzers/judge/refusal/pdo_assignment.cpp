@@ -1,0 +1,63 @@
+#include <algorithm>
+
+#include "analyzers/judge/refusal/checks.h"
+
+namespace ecaudit::refusal {
+
+void CheckCount(const Case& of, Outcome& found, std::size_t manager) {
+  const std::uint16_t assignment = AssignmentOf(manager);
+  const process::PdoObject* const list = of.model.process.seen().Find(assignment);
+  const model::ObjectValue* const count = of.model.objects.Find(assignment, 0);
+  if (list == nullptr || count == nullptr || !count->written || count->raw > 0xFF || !of.Counts(count->since)) return;
+  const std::uint8_t* const counted = list->count.if_observed();
+  const std::uint8_t shown = list->highest();
+  if (counted == nullptr || *counted != count->raw || shown >= *counted) return;
+  Arguments arguments{{"object", arg::Object(assignment, 0)},
+                      {"entries", arg::Count(*counted, "entry")},
+                      {"count_frame", arg::Frame(count->since)}};
+  if (shown > 0) arguments.Set("shown", arg::Count(shown, "entry"));
+  found.May(kCountExceeds, std::move(arguments), manager);
+}
+
+/// The code is about these process data: it wants some where the sync manager has no length, and refuses them where it
+/// has.
+void CheckAssigned(const Case& of, Outcome& found, std::size_t manager) {
+  const std::uint16_t assignment = AssignmentOf(manager);
+  const model::ObjectValue* const count = of.model.objects.Find(assignment, 0);
+  const auto set = of.manager(manager);
+  if (!of.requested() || count == nullptr || count->raw != 0 || !of.Applied(count->since) || !set) return;
+  Arguments arguments{{"object", arg::Object(assignment, 0)},
+                      {"count_frame", arg::Frame(count->since)},
+                      {"sync_manager", NumberOf(manager)}};
+  if (set->enabled() && set->length != 0) {
+    arguments.Set("bytes", Bytes(set->length));
+    return found.May(kNoPdoAssigned, std::move(arguments), manager);
+  }
+  if (!found.none()) return;
+  // That both lengths are 0 fits, and is what the slave refuses.
+  std::erase(found.right, &kLengthsFit);
+  found.May(kNothingAssigned, std::move(arguments), manager);
+}
+
+void CheckMapped(const Case& of, Outcome& found, std::size_t manager) {
+  constexpr std::uint16_t kNoLength = 0xFF;  // the length byte of an entry without a length
+  const model::ProcessLayout* const layout = of.Assigned(manager);
+  if (layout == nullptr || !of.Counts(layout->since)) return;
+  for (const model::Signal& signal : layout->signals) {
+    // What the slave offers by itself is its own affair.
+    const model::ObjectValue* written = of.model.objects.Find(signal.pdo, 0);
+    if (signal.gap() || written == nullptr || !written->written) continue;
+    const std::uint16_t bits = device::BitsOf(device::DataTypeFromCode(static_cast<std::uint16_t>(signal.type)));
+    const bool none = bits == 0 && signal.bits == kNoLength;
+    // A BOOLEAN may fill a byte.
+    const bool differs = bits != 0 && bits != signal.bits && !(bits == 1 && signal.bits == 8);
+    if (!none && !differs) continue;
+    Arguments arguments{{"pdo", arg::Object(signal.pdo)},
+                        {"object", arg::Object(signal.index, signal.subindex)},
+                        {"mapped", arg::Count(signal.bits, "bit")}};
+    if (differs) arguments.Set("expected", arg::Count(bits, "bit"));
+    return found.May(kMappedLength, std::move(arguments));
+  }
+}
+
+}  // namespace ecaudit::refusal

@@ -1,0 +1,105 @@
+#include <algorithm>
+
+#include "analyzers/judge/refusal/checks.h"
+#include "analyzers/judge/refusal/evidence.h"
+#include "analyzers/model/sync_manager_demand.h"
+
+namespace ecaudit::refusal {
+namespace {
+
+/// What sync manager `n` has to be, as far as it is known; unset where nothing is.
+std::optional<model::SyncManagerDemand> DemandOf(const Case& of, std::size_t n) {
+  const bool mailbox = n < kOutputs;
+  const auto demands =
+      mailbox ? model::MailboxDemands(*of.model.profile, of.sii) : model::ProcessDemands(*of.model.profile, of.sii);
+  const auto own = std::find_if(demands.list.begin(), demands.list.end(),
+                                [n](const model::SyncManagerDemand& demand) { return demand.number == n; });
+  std::optional<model::SyncManagerDemand> demand;
+  if (own != demands.list.end()) demand = *own;
+  const std::uint32_t bytes = mailbox ? 0 : of.AssignedBytes(n).value_or(0);
+  if (bytes == 0) return demand;
+  if (!demand) {
+    demand.emplace();
+    demand->number = static_cast<std::uint8_t>(n);
+    demand->use = n == kOutputs ? device::SyncManagerUse::kProcessOut : device::SyncManagerUse::kProcessIn;
+  }
+  demand->lengths = {bytes};
+  return demand;
+}
+
+IgnoredVerdict VerdictOnWrite(const Case& of, const model::SetUpFacts::IgnoredWrite& ignored) {
+  const auto demand = DemandOf(of, ignored.manager);
+  // The enable bit is not part of what was ignored.
+  const auto fits = [&](esc::SyncManager settings) {
+    settings.activate = 1;
+    return demand && model::FaultsOf(settings, *demand).empty();
+  };
+  Facts<IgnoredFact> facts{};
+  facts.Set(IgnoredFact::kNeedKnown, demand.has_value());
+  facts.Set(IgnoredFact::kKeptFits, fits(ignored.kept));
+  facts.Set(IgnoredFact::kKeptShown, ignored.shown != 0);
+  facts.Set(IgnoredFact::kWrittenFits, fits(ignored.written));
+  return Decide(kIgnoredWrites, facts);
+}
+
+}  // namespace
+
+/// An ESC keeps the settings that an enabled sync manager has. They are a reason if they are not what the slave needs,
+/// and those that the master wrote are.
+void CheckIgnored(const Case& of, Outcome& found, std::size_t manager) {
+  const model::SetUpFacts::IgnoredWrite* const ignored = of.model.set_up.ignored(manager);
+  if (ignored == nullptr || !of.Counts(ignored->frame)) return;
+  const IgnoredVerdict verdict = VerdictOnWrite(of, *ignored);
+  if (verdict == IgnoredVerdict::kNo) return;
+  Arguments arguments{{"sync_manager", NumberOf(manager)},
+                      {"write_frame", arg::Frame(ignored->frame)},
+                      {"kept_start", arg::Hex(ignored->kept.start)},
+                      {"kept_length", arg::Number(ignored->kept.length)},
+                      {"kept_control", arg::Hex(ignored->kept.control, 2)},
+                      {"start", arg::Hex(ignored->written.start)},
+                      {"length", arg::Number(ignored->written.length)},
+                      {"control", arg::Hex(ignored->written.control, 2)}};
+  if (ignored->shown != 0) arguments.Set("shown_frame", arg::Frame(ignored->shown));
+  found.Add(verdict == IgnoredVerdict::kYes, kWriteIgnored, std::move(arguments));
+}
+
+void CheckManagerSet(const Case& of, Outcome& found, std::size_t manager) {
+  static constexpr Word kOutputsWord{"outputs", "outputs", true};
+  static constexpr Word kInputsWord{"inputs", "inputs", true};
+  // Below SAFEOP a slave needs no process data.
+  if (of.refusal.requested < static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return;
+  if (of.manager(manager) || !of.SetUpIsSeen()) return;
+  if (of.state.sync_manager_since[manager] > of.state.set_up_since) return;
+  const std::optional<std::uint32_t> bytes = of.AssignedBytes(manager);
+  if (bytes && *bytes == 0) return;
+  Arguments arguments{{"sync_manager", NumberOf(manager)},
+                      {"direction", arg::Of(manager == kOutputs ? kOutputsWord : kInputsWord)},
+                      {"since", arg::Frame(of.state.set_up_since)}};
+  if (bytes) arguments.Set("bytes", Bytes(*bytes));
+  found.Add(bytes.has_value(), kManagerUnseen, std::move(arguments), manager);
+}
+
+void CheckTypes(const Case& of, Outcome& found) {
+  constexpr std::uint16_t kTypes = 0x1C00;
+  constexpr std::uint64_t kOutputType = 3, kInputType = 4;
+  const auto type_of = [&](std::size_t n) {
+    const model::ObjectValue* type = of.model.objects.Find(kTypes, static_cast<std::uint8_t>(n + 1));
+    return type != nullptr && of.Applied(type->since) ? type->raw : 0;
+  };
+  const auto outputs = of.manager(kOutputs);
+  if (type_of(kOutputs) != kInputType || type_of(kInputs) != kOutputType || !outputs || !outputs->enabled()) return;
+  if (outputs->direction() != esc::SmDirection::ECAT_WRITES) return;
+  found.Wrong(kTypesSwapped, {{"control", arg::Hex(outputs->control, 2)}});
+}
+
+void CheckLengths(const Case& of, Outcome& found) {
+  const auto fits = [&](std::size_t n) {
+    const auto manager = of.manager(n);
+    const model::ProcessLayout* const pdos = of.Assigned(n);
+    return pdos != nullptr && manager && of.Applied(std::max(pdos->since, of.manager_changed(n))) &&
+           of.model.set_up.ignored(n) == nullptr && manager->length == of.AssignedBytes(n);
+  };
+  if (fits(kOutputs) && fits(kInputs)) found.Right(kLengthsFit);
+}
+
+}  // namespace ecaudit::refusal

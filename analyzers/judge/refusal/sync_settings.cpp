@@ -1,0 +1,123 @@
+#include <algorithm>
+
+#include "analyzers/judge/refusal/checks.h"
+#include "analyzers/judge/refusal/evidence.h"
+#include "analyzers/sync/sync_type.h"
+#include "decoder/esc/al.h"
+
+namespace ecaudit::refusal {
+namespace {
+
+constexpr Word kSyncActive{"sync-active", "SYNC0 is active (0x0981)"};
+constexpr Word kSyncInactive{"sync-inactive", "SYNC0 is off (0x0981)"};
+constexpr Word kSyncCycle{"sync-cycle", "the SYNC0 cycle (0x09A0)"};
+
+PulseVerdict VerdictOnPulses(const Case& of) {
+  const FrameNo changed = of.dc.activation_changed();
+  const auto& active = of.dc.active();
+  Facts<PulseFact> facts{};
+  facts.Set(PulseFact::kNeverSet, of.SyncNeverSet());
+  facts.Set(PulseFact::kKnown, of.sync0() && of.Applied(changed));
+  facts.Set(PulseFact::kRuns, of.sync0().value_or(false));
+  facts.Set(PulseFact::kMayBeReason, of.Counts(changed));
+  facts.Set(PulseFact::kAnySync, of.refusal.code == esc::al_code::kSynchronization);
+  facts.Set(PulseFact::kShownAfter, active && of.refusal.request != 0 && active->frame.number > of.refusal.request);
+  facts.Set(PulseFact::kWrittenActive, active && active->written);
+  facts.Set(PulseFact::kWasOff, active && active->was_off);
+  return Decide(kPulses, facts);
+}
+
+void AddOff(const Case& of, Outcome& found, bool must) {
+  Arguments arguments{{"activation", of.Activation()}};
+  if (const FrameNo changed = of.dc.activation_changed(); changed != 0) {
+    arguments.Set("write_frame", arg::Frame(changed));
+  }
+  found.Add(must, kSyncOff, std::move(arguments));
+}
+
+void AddLate(const Case& of, Outcome& found, bool must) {
+  const auto& active = *of.dc.active();
+  found.Add(must, kSyncOffAtRequest,
+            {{"write_frame", arg::Frame(active.frame.number)},
+             {"requested", arg::State(of.refusal.requested)},
+             {"request_frame", arg::Frame(of.refusal.request)},
+             {"was_off", arg::Flag(active.was_off)}});
+}
+
+}  // namespace
+
+void CheckLeftOn(const Case& of, Outcome& found) {
+  const auto left = of.dc.left_on();
+  if (!left || of.state.returned || !of.Counts(left->clock_set)) return;
+  Arguments arguments{{"on_frame", arg::Frame(left->on)},
+                      {"on_written", arg::Flag(left->on_written)},
+                      {"clock_frame", arg::Frame(left->clock_set)}};
+  if (left->off != 0) arguments.Set("off_frame", arg::Frame(left->off));
+  found.May(kSyncLeftOn, std::move(arguments));
+}
+
+void CheckSyncActive(const Case& of, Outcome& found) {
+  switch (const PulseVerdict verdict = VerdictOnPulses(of); verdict) {
+    case PulseVerdict::kMayBeUnset:
+      return found.May(kSyncUnseen, {{"since", arg::Frame(of.state.set_up_since)}});
+    case PulseVerdict::kMayBeOff:
+    case PulseVerdict::kOff:
+      return AddOff(of, found, verdict == PulseVerdict::kOff);
+    case PulseVerdict::kMayBeLate:
+    case PulseVerdict::kLate:
+      return AddLate(of, found, verdict == PulseVerdict::kLate);
+    case PulseVerdict::kRight:
+      return found.Right(kSyncActive);
+    case PulseVerdict::kNothing:
+      return;
+  }
+}
+
+void CheckSyncUnsupported(const Case& of, Outcome& found) {
+  const auto sync0 = of.sync0();
+  const FrameNo changed = of.dc.activation_changed();
+  if (!sync0 || !of.Applied(changed)) return;
+  if (!*sync0) return found.Right(kSyncInactive);
+  const auto& active = of.dc.active();
+  if (!active || !of.Counts(changed)) return;
+  found.Wrong(kSyncOn, {{"activation", of.Activation()},
+                        {"write_frame", arg::Frame(active->frame.number)},
+                        {"written", arg::Flag(active->written)}});
+}
+
+void CheckSyncCycle(const Case& of, Outcome& found) {
+  constexpr std::uint8_t kMinimumCycle = 5;
+  const auto cycle = of.sync0_cycle_ns();
+  if (!cycle) return;
+  const bool counts = of.Counts(of.sync_changed());
+  if (*cycle == 0) {
+    if (counts) found.Wrong(kSyncCycleZero);
+    return;
+  }
+  bool checked = false;
+  for (const std::uint16_t object : sync::kSyncObjects) {
+    const model::ObjectValue* minimum = of.model.objects.Find(object, kMinimumCycle);
+    if (minimum == nullptr || minimum->raw == 0) continue;
+    checked = true;
+    if (*cycle >= minimum->raw) continue;
+    if (!counts) return;
+    return found.Wrong(kSyncCycleTooShort, {{"cycle_us", arg::Us(*cycle)},
+                                            {"minimum_us", arg::Us(static_cast<std::int64_t>(minimum->raw))},
+                                            {"object", arg::Object(object, kMinimumCycle)}});
+  }
+  if (checked) found.Right(kSyncCycle);
+}
+
+void CheckSyncSettings(const Case& of, Outcome& found) {
+  const auto cycle = of.sync0_cycle_ns();
+  if (!found.none() || found.Has(kSyncCycle) || cycle.value_or(0) == 0 || !of.Counts(of.sync_changed())) return;
+  found.value = arg::Ms(*cycle);
+  if (of.refusal.code != esc::al_code::kSyncSettings) {
+    return found.Wrong(kSyncCycleRejected, {{"cycle_us", arg::Us(*cycle)}});
+  }
+  Arguments arguments{{"cycle_us", arg::Us(*cycle)}, {"activation", of.Activation()}};
+  if (of.dc.activation_changed() != 0) arguments.Set("write_frame", arg::Frame(of.dc.activation_changed()));
+  found.May(kSyncSettings, std::move(arguments));
+}
+
+}  // namespace ecaudit::refusal
