@@ -5,7 +5,7 @@
 #
 #   tests/portable.sh [FOLDER [linux|windows|all [SUITE...]]]     default: build/portable all, and all suites below
 #
-# Ends with sizes, times, and what was left out on Windows (tests/windows/skipped.txt).
+# Ends with sizes, times, and the tests that were left out, with reasons (on Windows those of tests/windows/skipped.txt).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source .ci/packages.sh
@@ -156,6 +156,6 @@ for system in $systems; do
   say "testing the archive for $system"
   "test_$system"
 done
-if [[ $systems == *windows* ]]; then sort "$root/windows.skipped" | sed 's/^/   windows, /'; fi
+for system in $systems; do sort "$root/$system.skipped" | sed "s/^/   $system, /"; done
 printf '== %s\n' "${results[@]}"
 exit $failed

@@ -7,7 +7,8 @@
 #
 # Needs what cli/quickstart.sh installs, and Debian's sources of the libraries (a deb-src line). Network: Debian's archive, and
 # npm's registry for the page of HTML reports. Qt Core takes most of the time; the libraries are built once.
-set -euo pipefail
+set -Eeuo pipefail
+trap 'say "failed in line $LINENO of $0" >&2' ERR
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 source .ci/packages.sh
 
