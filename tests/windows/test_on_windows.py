@@ -13,7 +13,7 @@ import subprocess
 import time
 import unittest
 
-from support import PROGRAM, SOURCE, CliTest, healthy_capture
+from support import PROGRAM, SOURCE, CliTest, healthy_capture, screen
 from test_interrupt import sleeps
 
 WINE = os.environ.get("ECAUDIT_WINE", "/usr/lib/wine/wine64")
@@ -57,6 +57,9 @@ class WindowsNames(CliTest):
         for folder, wild in ((f"{self.LETTERS}\\", "*.PCAPNG"), (f"{on_drive(self.capture.parent)}\\", "Anlauf*"),
                              (f"{self.LETTERS}/", "*.pcapng")):
             self.assertIn(f"FAIL {folder}Anlauf größe.pcapng: {CAUSE}", self.check("--quiet", folder + wild, status=1).out)
+        # Those of an option are its own: here all files and all signals match.
+        done = self.run_program("signals", "--signal", "*", SAMPLES / "drive-never-enabled.pcapng")
+        self.assertEqual(done.returncode, 0, done.err)
         self.assertEqual(self.one_error("check", "nothing\\*.pcap"), "no such file: nothing\\*.pcap")
         self.assertEqual(self.one_error("batch", "nothing\\*.pcap"), "nothing matches nothing\\*.pcap")
 
@@ -140,12 +143,6 @@ class WindowsText(CliTest):
             self.assertNotIn(b"\r", out)
 
 
-def screen(raw: bytes) -> str:
-    """What a terminal shows of the bytes that the console of wine sends, without the ways of the cursor."""
-    text = re.sub(rb"\x1b\[\?25[lh]|\x1b\[K|\r", b"", raw)
-    return re.sub(rb"\x1b\[(\d+)C", lambda step: b" " * int(step.group(1)), text).decode()
-
-
 class WindowsConsole(CliTest):
     def on_console(self, *arguments, interrupt_after=None, **environment):
         """Exit status, and what a console shows. Ctrl-C is typed once it shows `interrupt_after`."""
@@ -163,14 +160,14 @@ class WindowsConsole(CliTest):
                 if not (chunk := os.read(leader, 65536)):
                     break
                 out += chunk
-                if interrupt_after and interrupt_after in screen(out):
+                if interrupt_after and interrupt_after in screen(out).decode():
                     time.sleep(2)  # until it listens
                     os.write(leader, b"\x03")
                     interrupt_after = None
         except OSError:  # Linux reports the closed end so
             pass
         os.close(leader)
-        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), screen(out)
+        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), screen(out).decode()
 
     def test_no_command(self):
         status, shown = self.on_console()
