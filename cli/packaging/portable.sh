@@ -140,6 +140,7 @@ build_linux() {
   DESTDIR=$output/$name.install logged "$build.log" cmake --install "$build" --strip
   mv "$output/$name.install/usr" "$output/$name"
   rmdir "$output/$name.install"
+  rm -f "$output/$name/share/doc/ecaudit/changelog.gz"  # a form for Debian's packages
   add_licences "$output/$name" libstdc++6 libc6-dev zlib1g-dev libzstd-dev
   tar --sort=name --owner=0 --group=0 --numeric-owner --mtime="@$SOURCE_DATE_EPOCH" -C "$output" -cf - "$name" |
     gzip -9n >"$output/$name.tar.gz"
@@ -185,6 +186,7 @@ build_windows() {
   DESTDIR=$output/$name.install logged "$build.log" cmake --install "$build" --strip
   mv "$output/$name.install/ecaudit" "$output/$name"
   rmdir "$output/$name.install"
+  rm -f "$output/$name/share/doc/ecaudit/changelog.gz"  # a form for Debian's packages
   add_licences "$output/$name" g++-mingw-w64-x86-64-posix mingw-w64-x86-64-dev libz-mingw-w64-dev
   # Lines end as Windows' own editor wants them.
   sed 's/$/\r/' cli/packaging/windows/README.txt >"$output/$name/README.txt"

@@ -57,6 +57,7 @@ class WindowsNames(CliTest):
         for folder, wild in ((f"{self.LETTERS}\\", "*.PCAPNG"), (f"{on_drive(self.capture.parent)}\\", "Anlauf*"),
                              (f"{self.LETTERS}/", "*.pcapng")):
             self.assertIn(f"FAIL {folder}Anlauf größe.pcapng: {CAUSE}", self.check("--quiet", folder + wild, status=1).out)
+        self.assertIn("to check the capture: ecaudit check *.pcap", self.one_error("*.pcap"))
         # Those of an option are its own: here all files and all signals match.
         done = self.run_program("signals", "--signal", "*", SAMPLES / "drive-never-enabled.pcapng")
         self.assertEqual(done.returncode, 0, done.err)
