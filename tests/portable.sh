@@ -5,7 +5,8 @@
 #
 #   tests/portable.sh [FOLDER [linux|windows|all [SUITE...]]]     default: build/portable all, and all suites below
 #
-# Ends with sizes, times, and the tests that were left out, with reasons (on Windows those of tests/windows/skipped.txt).
+# With both archives and all suites, what the two programs write is compared as well. Ends with sizes, times, and the tests that
+# were left out, with reasons (on Windows those of tests/windows/skipped.txt).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source .ci/packages.sh
@@ -17,8 +18,9 @@ if [[ ${#suites[@]} -eq 0 ]]; then
   suites=(Usage Messages Formats Outputs Files Fields Gate NamesAndPaths CountFrom Baseline Config Input Catalogue Explain
           Families Profiles Terminal Verdict Coverage CaptureNext Require Junit Sarif Gitlab Github Markdown Batch SkipDone
           BatchSlaves Merge StartupShow StartupExpect StartupFiles EsiRequirements Diff DecodeJson DecodeText DecodeSelection
-          DecodeStreams EventBasics EventSdo EventMailbox EventEeprom SignalTable SignalStreams DeviceFileOptions Slice
-          Annotate HtmlPages Anonymize PluginFolders HostileFiles FullDisk InterruptedReading)
+          DecodeStreams EventBasics EventSdo EventMailbox EventEeprom SignalTable SignalStreams SignalSamples DeviceFileOptions
+          EsiOfEachKind EsiOfOtherProtocols Slice Annotate TwoBusses TapWithTwoClocks HtmlPages HtmlTimeline Fleet CutStartups
+          Examples Anonymize PluginFolders HostileFiles FullDisk ReadersThatLeave InterruptedReading)
   windows_suites=(WindowsNames WindowsText WindowsConsole WindowsInterrupt WindowsPlugin WindowsLocks)
 else
   windows_suites=()
@@ -151,11 +153,37 @@ test_windows() {
     run_suites windows "${suites[@]}" "${windows_suites[@]}"
 }
 
+# Both programs write the same bytes: all formats over all samples, and the commands that write what is in one.
+test_same() {
+  local exe capture words before=$failed compared=0
+  exe=$(ls "$root"/windows/*/ecaudit.exe)
+  cd samples/captures
+  same() {
+    "$root/linux/bin/ecaudit" "$@" >"$root/out.linux" 2>"$root/err.linux" </dev/null || true
+    "$wine" "$exe" "$@" >"$root/out.windows" 2>"$root/err.windows" </dev/null || true
+    cmp "$root/out.linux" "$root/out.windows" && cmp "$root/err.linux" "$root/err.windows" || fail "not the same: ${*:0:5}"
+    compared=$((compared + 1))
+  }
+  for words in text json junit sarif markdown github gitlab; do same check --format "$words" ./*.pcap*; done
+  for capture in *.pcap*; do
+    for words in "decode --format jsonl" "events --format csv" "signals --states" startup; do
+      # shellcheck disable=SC2086  # words of the command line
+      same $words "$capture"
+    done
+  done
+  cd ../..
+  [[ $failed -ne $before ]] || results+=("linux and windows: $compared command lines write the same bytes")
+}
+
 for system in $systems; do
   : >"$root/$system.skipped"
   say "testing the archive for $system"
   "test_$system"
 done
+if [[ $systems == "linux windows" && ${#windows_suites[@]} -gt 0 ]]; then
+  say "comparing what both programs write"
+  test_same
+fi
 for system in $systems; do sort "$root/$system.skipped" | sed "s/^/   $system, /"; done
 printf '== %s\n' "${results[@]}"
 exit $failed
