@@ -1,12 +1,14 @@
 #include "cli/options.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
 #include "cli/commands/command.h"
 #include "cli/suggest.h"
 #include "decoder/base/system/files.h"
+#include "decoder/base/system/names.h"
 
 namespace ecaudit::cli {
 namespace {
@@ -64,6 +66,7 @@ struct OptionSet::Impl {
   std::string group;
   std::string footer;
   std::vector<Row> rows;
+  std::vector<std::string>* paths = nullptr;  ///< where Arguments() puts them
 };
 
 OptionSet::OptionSet(std::string_view command, std::string_view summary)
@@ -120,6 +123,7 @@ void OptionSet::Arguments(const std::string& name, std::vector<std::string>& tar
   impl_->rows.push_back(
       {.names = name, .value = {}, .help = help, .group = {}, .argument = true, .required = true, .repeatable = true});
   impl_->app.add_option(name, target, help)->type_name("")->required();
+  impl_->paths = &target;
 }
 
 void OptionSet::Words(std::vector<std::string> words) {
@@ -155,6 +159,8 @@ OptionSet::Parsed OptionSet::Parse(const std::vector<std::string>& arguments) {
   std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
   try {
     impl_->app.parse(reversed);
+    // Not before: values of options may have wildcards of their own, as those of --signal.
+    if (impl_->paths != nullptr) *impl_->paths = system::TypedPaths(std::move(*impl_->paths));
     return {};
   } catch (const CLI::CallForHelp&) {
     return {Outcome::kHelp, WithoutDoubleBlanks(impl_->app.help())};

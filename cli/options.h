@@ -32,7 +32,7 @@ class OptionSet {
               const std::string& help);
   /// One positional argument; `required` or not.
   void Argument(const std::string& name, std::optional<std::string>& target, const std::string& help, bool required);
-  /// One or more positional arguments.
+  /// One or more positional arguments: paths. What the shell leaves of wildcards becomes files.
   void Arguments(const std::string& name, std::vector<std::string>& target, const std::string& help);
   /// The words that can follow the option, or stand for the argument, that was declared last: for completion.
   void Words(std::vector<std::string> words);

@@ -14,6 +14,7 @@
 #include "cli/suggest.h"
 #include "cli/version.h"
 #include "decoder/base/system/files.h"
+#include "decoder/base/system/names.h"
 #include "decoder/base/system/program.h"
 
 namespace ecaudit::cli {
@@ -77,8 +78,8 @@ ExitStatus Dispatch(const std::vector<std::string>& arguments, Console& console)
         return command->Run(console);
     }
   }
-  if (system::Exists(first)) {
-    const bool folder = system::IsFolder(first);
+  if (const std::string path = system::TypedPaths({first}).front(); system::Exists(path)) {
+    const bool folder = system::IsFolder(path);
     return WrongUsage(console, folder ? "no command given; to check the captures of the folder: ecaudit batch " + first
                                       : "no command given; to check the capture: ecaudit check " + first);
   }

@@ -7,7 +7,8 @@
 #
 # Needs what cli/quickstart.sh installs, and Debian's sources of the libraries (a deb-src line). Network: Debian's archive, and
 # npm's registry for the page of HTML reports. Qt Core takes most of the time; the libraries are built once.
-set -euo pipefail
+set -Eeuo pipefail
+trap 'say "failed in line $LINENO of $0" >&2' ERR
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 source .ci/packages.sh
 
@@ -139,6 +140,7 @@ build_linux() {
   DESTDIR=$output/$name.install logged "$build.log" cmake --install "$build" --strip
   mv "$output/$name.install/usr" "$output/$name"
   rmdir "$output/$name.install"
+  rm -f "$output/$name/share/doc/ecaudit/changelog.gz"  # a form for Debian's packages
   add_licences "$output/$name" libstdc++6 libc6-dev zlib1g-dev libzstd-dev
   tar --sort=name --owner=0 --group=0 --numeric-owner --mtime="@$SOURCE_DATE_EPOCH" -C "$output" -cf - "$name" |
     gzip -9n >"$output/$name.tar.gz"
@@ -184,6 +186,7 @@ build_windows() {
   DESTDIR=$output/$name.install logged "$build.log" cmake --install "$build" --strip
   mv "$output/$name.install/ecaudit" "$output/$name"
   rmdir "$output/$name.install"
+  rm -f "$output/$name/share/doc/ecaudit/changelog.gz"  # a form for Debian's packages
   add_licences "$output/$name" g++-mingw-w64-x86-64-posix mingw-w64-x86-64-dev libz-mingw-w64-dev
   # Lines end as Windows' own editor wants them.
   sed 's/$/\r/' cli/packaging/windows/README.txt >"$output/$name/README.txt"

@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import struct
 import subprocess
 import tempfile
@@ -11,6 +12,8 @@ PROGRAM = os.environ.get("ECAUDIT", "ecaudit")
 SOURCE = pathlib.Path(os.environ.get("ECAUDIT_SOURCE_DIR", pathlib.Path(__file__).resolve().parents[2]))
 SHARED = pathlib.Path(os.environ.get("ECAUDIT_SHARED_DIR", SOURCE.parent / "shared"))
 SCHEMA = SOURCE / "cli" / "report" / "ecaudit-report-1.schema.json"
+# The program of Windows, through wine: tests/portable.sh.
+WINDOWS = os.environ.get("ECAUDIT_SYSTEM") == "windows"
 
 APRD, APWR, FPRD, FPWR, BRD, BWR, LRW = 1, 2, 4, 5, 7, 8, 12
 
@@ -85,6 +88,14 @@ def faulty_bus(bus: Bus) -> Bus:
     bus.write(0x0120, b"\x11\0")
     bus.read(0x0130, b"\x01\0")
     return bus
+
+
+def screen(raw: bytes) -> bytes:
+    """What a terminal shows of these bytes. The console of wine sends ways of its cursor, too."""
+    if not WINDOWS:
+        return raw
+    raw = re.sub(rb"\x1b\[\?25[lh]|\x1b\[K|\r", b"", raw)
+    return re.sub(rb"\x1b\[(\d+)C", lambda step: b" " * int(step.group(1)), raw)
 
 
 def foreign_capture() -> bytes:

@@ -8,7 +8,7 @@ import subprocess
 import unittest
 import xml.etree.ElementTree as ET
 
-from support import SHARED, SOURCE, CliTest, foreign_capture, healthy_capture
+from support import SHARED, SOURCE, WINDOWS, CliTest, foreign_capture, healthy_capture
 
 try:
     import jsonschema
@@ -262,11 +262,12 @@ class Markdown(CliTest):
         self.assertIn("## ecaudit: 2 captures", done.out)
 
     def test_what_a_device_says_is_no_markup(self):
-        name = "a|b`c<img>[x](y)*d_e.pcap"
+        # Names of Windows have none of | < > *.
+        name = "a`c[x](y)d_e.pcap" if WINDOWS else "a|b`c<img>[x](y)*d_e.pcap"
         self.file(name, pathlib.Path(self.faulty).read_bytes())
         text = self.markdown(name, status=1)
         self.assertNotIn("<img>", text)
-        self.assertIn(r"a\|b\`c\<img\>\[x\](y)\*d\_e.pcap", text)
+        self.assertIn(r"a\`c\[x\](y)d\_e.pcap" if WINDOWS else r"a\|b\`c\<img\>\[x\](y)\*d\_e.pcap", text)
 
     def test_known_findings_are_counted(self):
         self.check(self.faulty, "--write-baseline", "known.json", status=1)

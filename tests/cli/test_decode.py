@@ -9,7 +9,8 @@ import struct
 import subprocess
 import unittest
 
-from support import APRD, BRD, FPRD, FPWR, LRW, PROGRAM, SOURCE, Bus, CliTest, foreign_capture, scanned_bus
+from support import (APRD, BRD, FPRD, FPWR, LRW, PROGRAM, SOURCE, Bus, CliTest, foreign_capture, scanned_bus,
+                     screen)
 
 KEYS = ["frame", "datagram", "time_s", "direction", "command", "index", "adp", "ado", "length", "irq", "wkc", "more",
         "circulating", "slave", "register", "data"]
@@ -164,7 +165,7 @@ class DecodeText(Decode):
             pass
         os.close(master)
         self.assertEqual(done.returncode, 0, done.stderr)
-        return out.decode()
+        return screen(out).decode()
 
     def test_colour_on_a_terminal(self):
         frames = ("--frames", "1-4")

@@ -1,6 +1,7 @@
-"""tests/needs.txt, which lists the tests that may skip."""
+"""tests/needs.txt, which lists the tests that may skip, and CMakeLists.txt, which lists the suites."""
 import importlib
 import pathlib
+import re
 import sys
 import unittest
 
@@ -30,6 +31,10 @@ class Needs(unittest.TestCase):
             if pattern.startswith("cli."):
                 with self.subTest(pattern):
                     self.assertTrue(any(needs.fnmatch.fnmatchcase(name, pattern) for name in tests))
+
+    def test_each_suite_is_run(self):
+        listed = set(re.findall(r"\w+", (HERE / "CMakeLists.txt").read_text()))
+        self.assertEqual({name.split(".")[1] for name in all_tests()} - listed, set())
 
     def test_lines_are_sorted_and_of_known_programs(self):
         lines = needs.read(needs.FILE.read_text())

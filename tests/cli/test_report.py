@@ -12,7 +12,7 @@ import subprocess
 import termios
 import unittest
 
-from support import PROGRAM, SCHEMA, SHARED, SOURCE, CliTest, healthy_capture
+from support import PROGRAM, SCHEMA, SHARED, SOURCE, CliTest, healthy_capture, screen
 
 try:
     import jsonschema
@@ -732,7 +732,7 @@ class Terminal(CliTest):
                 pass
             os.close(leader)
             child.stderr.read()
-        return out
+        return screen(out)
 
     def test_colours_on_a_terminal(self):
         self.assertIn(b"\x1b[1;31mFAIL", self.on_terminal())

@@ -1,5 +1,6 @@
 """Command lines: help, version, mistakes."""
 import gzip
+import itertools
 import json
 import os
 import pathlib
@@ -7,7 +8,6 @@ import re
 import signal
 import subprocess
 import threading
-import time
 import unittest
 
 from support import PROGRAM, CliTest, foreign_capture, healthy_capture
@@ -384,17 +384,21 @@ class Input(CliTest):
         with subprocess.Popen([PROGRAM, "check", "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE, cwd=self.dir) as child:
 
+            reads = threading.Event()
+
             def feed():
                 try:
                     child.stdin.write(header)
-                    while True:
+                    for n in itertools.count():
                         child.stdin.write(packets)
+                        if n == 1000:  # more than pipes hold
+                            reads.set()
                 except BrokenPipeError:
                     pass
 
             feeder = threading.Thread(target=feed)
             feeder.start()
-            time.sleep(0.5)
+            self.assertTrue(reads.wait(timeout=60))
             child.send_signal(signal.SIGINT)
             out, err = child.stdout.read(), child.stderr.read()
             child.wait(timeout=60)

@@ -13,7 +13,7 @@ import subprocess
 import time
 import unittest
 
-from support import PROGRAM, SOURCE, CliTest, healthy_capture
+from support import PROGRAM, SOURCE, CliTest, healthy_capture, screen
 from test_interrupt import sleeps
 
 WINE = os.environ.get("ECAUDIT_WINE", "/usr/lib/wine/wine64")
@@ -57,6 +57,10 @@ class WindowsNames(CliTest):
         for folder, wild in ((f"{self.LETTERS}\\", "*.PCAPNG"), (f"{on_drive(self.capture.parent)}\\", "Anlauf*"),
                              (f"{self.LETTERS}/", "*.pcapng")):
             self.assertIn(f"FAIL {folder}Anlauf größe.pcapng: {CAUSE}", self.check("--quiet", folder + wild, status=1).out)
+        self.assertIn("to check the capture: ecaudit check *.pcap", self.one_error("*.pcap"))
+        # Those of an option are its own: here all files and all signals match.
+        done = self.run_program("signals", "--signal", "*", SAMPLES / "drive-never-enabled.pcapng")
+        self.assertEqual(done.returncode, 0, done.err)
         self.assertEqual(self.one_error("check", "nothing\\*.pcap"), "no such file: nothing\\*.pcap")
         self.assertEqual(self.one_error("batch", "nothing\\*.pcap"), "nothing matches nothing\\*.pcap")
 
@@ -140,12 +144,6 @@ class WindowsText(CliTest):
             self.assertNotIn(b"\r", out)
 
 
-def screen(raw: bytes) -> str:
-    """What a terminal shows of the bytes that the console of wine sends, without the ways of the cursor."""
-    text = re.sub(rb"\x1b\[\?25[lh]|\x1b\[K|\r", b"", raw)
-    return re.sub(rb"\x1b\[(\d+)C", lambda step: b" " * int(step.group(1)), text).decode()
-
-
 class WindowsConsole(CliTest):
     def on_console(self, *arguments, interrupt_after=None, **environment):
         """Exit status, and what a console shows. Ctrl-C is typed once it shows `interrupt_after`."""
@@ -163,14 +161,14 @@ class WindowsConsole(CliTest):
                 if not (chunk := os.read(leader, 65536)):
                     break
                 out += chunk
-                if interrupt_after and interrupt_after in screen(out):
+                if interrupt_after and interrupt_after in screen(out).decode():
                     time.sleep(2)  # until it listens
                     os.write(leader, b"\x03")
                     interrupt_after = None
         except OSError:  # Linux reports the closed end so
             pass
         os.close(leader)
-        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), screen(out)
+        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), screen(out).decode()
 
     def test_no_command(self):
         status, shown = self.on_console()
@@ -197,21 +195,26 @@ class WindowsConsole(CliTest):
 
 @unittest.skipUnless(EXE, "set ECAUDIT_EXE")
 class WindowsInterrupt(CliTest):
-    """wine makes Ctrl-C of SIGINT."""
+    """wine makes Ctrl-C of SIGINT, and an exception of SIGSEGV."""
 
-    def interrupted(self, *arguments, ready, before=()):
+    def ended(self, *arguments, ready, by=signal.SIGINT, which=None, before=()):
+        """Exit status and output of a program that gets the signal, or of one whose process `which` gets it."""
         words = [*before, EXE, *arguments] if before else [PROGRAM, *arguments]
         with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL,
                               cwd=self.dir) as child:
             try:
                 self.wait_until(child, ready)
-                os.kill(self.process_of(words) if before else child.pid, signal.SIGINT)
+                os.kill(which(child) if which else child.pid, by)
                 out, err = child.communicate(timeout=60)
             finally:
                 child.kill()
-        self.assertEqual(child.returncode, 130, f"{arguments}\n{err.decode()}")
-        self.assertIn("interrupted", err.decode())
-        return out.decode(), err.decode()
+        return child.returncode, out.decode(), err.decode()
+
+    def interrupted(self, *arguments, **options):
+        status, out, err = self.ended(*arguments, **options)
+        self.assertEqual(status, 130, f"{arguments}\n{err}")
+        self.assertIn("interrupted", err)
+        return out, err
 
     def big_captures(self):
         member = gzip.compress(healthy_capture()[24:] * 1000)
@@ -226,10 +229,13 @@ class WindowsInterrupt(CliTest):
             time.sleep(0.05)
 
     @staticmethod
-    def reads(child):
+    def worked(process):
         """A second of work: the start of wine takes less."""
-        with open(f"/proc/{child.pid}/stat") as stat:
+        with open(f"/proc/{process}/stat") as stat:
             return int(stat.read().rsplit(")", 1)[1].split()[11]) > os.sysconf("SC_CLK_TCK")
+
+    def reads(self, child):
+        return self.worked(child.pid)
 
     def test_what_was_read_is_reported(self):
         self.big_captures()
@@ -238,19 +244,26 @@ class WindowsInterrupt(CliTest):
         self.assertRegex(err, r"^ecaudit: big\.pcap\.gz: interrupted after [\d,]+ packets\n$")
         self.assertIs(json.loads((self.dir / "report.json").read_text())["reports"][0]["capture"]["complete"], False)
 
-    def process_of(self, words):
-        """The program that another one has started here."""
+    def started_by(self, child) -> list:
+        """The programs that another one has started here."""
+        found = []
         for folder in pathlib.Path("/proc").glob("[0-9]*"):
             try:
-                if folder.joinpath("cwd").readlink() == self.dir and folder.joinpath("cmdline").read_text().startswith(EXE):
-                    return int(folder.name)
+                name = folder.joinpath("cmdline").read_text().split("\0")[0]
+                if folder.joinpath("cwd").readlink() == self.dir and int(folder.name) != child.pid and \
+                        name.endswith(pathlib.Path(EXE).name):
+                    found.append(int(folder.name))
             except OSError:  # of a process that has ended
                 continue
-        raise AssertionError(f"{words}: the program does not run")
+        return found
+
+    def the_only(self, child) -> int:
+        started, = self.started_by(child)
+        return started
 
     @unittest.skipUnless(SILENT_PIPE, "set ECAUDIT_SILENT_PIPE")
     def test_a_pipe_that_falls_silent(self):
-        out, err = self.interrupted("check", "-", before=[WINE, SILENT_PIPE, "healthy.pcap"],
+        out, err = self.interrupted("check", "-", before=[WINE, SILENT_PIPE, "healthy.pcap"], which=self.the_only,
                                     ready=lambda child: child.stdout.readline() == b"read\r\n")
         self.assertIn("the report covers only the part of the capture that was read", out)
         self.assertEqual(err, "ecaudit: -: interrupted after 46 packets\n")
@@ -269,6 +282,23 @@ class WindowsInterrupt(CliTest):
         self.assertIn("INCOMPLETE", out)
         self.assertIn("interrupted, 1 not checked", err)
         self.assertEqual(len(list(reports.iterdir())), 1)
+
+    def test_a_crash_says_where(self):
+        self.big_captures()
+        status, out, err = self.ended("check", "big.pcap.gz", ready=self.reads, by=signal.SIGSEGV)
+        self.assertEqual((status, out), (3, ""))
+        self.assertRegex(err, r"^ecaudit: internal error: ecaudit [\d.]+ was ended by exception 0xc[0-9a-f]{7} at packet \d+; ")
+
+    def test_a_crashed_worker_leaves_the_others_whole(self):
+        self.big_captures()
+        status, out, err = self.ended("batch", "--jobs", "1", "big.pcap.gz", "faulty.pcap", "healthy.pcap", by=signal.SIGSEGV,
+                                      ready=lambda child: any(map(self.worked, self.started_by(child))), which=self.the_only)
+        self.assertEqual(status, 3, err)
+        self.assertRegex(err, r"big\.pcap\.gz: internal error: ecaudit [\d.]+ (was ended by exception 0xc|ended with)")
+        self.assertNotIn("Unhandled exception", out)  # a debugger would stop and wait
+        self.assertRegex(out, r"(?m)^  ERROR big\.pcap\.gz")
+        self.assertRegex(out, r"(?m)^  FAIL faulty\.pcap")
+        self.assertRegex(out, r"(?m)^  PASS healthy\.pcap")
 
 
 class WindowsPlugin(CliTest):

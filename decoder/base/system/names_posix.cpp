@@ -24,4 +24,8 @@ std::vector<std::string> PathsMatching(const std::string& pattern) {
   return paths;
 }
 
+std::vector<std::string> TypedPaths(std::vector<std::string> typed) {
+  return typed;
+}
+
 }  // namespace ecaudit::system

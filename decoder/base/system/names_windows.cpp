@@ -2,6 +2,7 @@
 #include <cctype>
 #include <filesystem>
 #include <string_view>
+#include <utility>
 
 #include "decoder/base/system/files.h"
 #include "decoder/base/system/names.h"
@@ -95,6 +96,20 @@ std::vector<std::string> PathsMatching(const std::string& pattern) {
   std::vector<std::string> paths;
   AddMatching(path.root_path(), relative.begin(), relative.end(), paths);
   std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+std::vector<std::string> TypedPaths(std::vector<std::string> typed) {
+  std::vector<std::string> paths;
+  for (std::string& path : typed) {
+    const bool pattern = path.find_first_of("*?") != std::string::npos;
+    std::vector<std::string> matches = pattern ? PathsMatching(path) : std::vector<std::string>();
+    if (path.find('\\') != std::string::npos) {
+      for (std::string& match : matches) std::replace(match.begin(), match.end(), '/', '\\');
+    }
+    if (matches.empty()) matches.push_back(std::move(path));
+    paths.insert(paths.end(), matches.begin(), matches.end());
+  }
   return paths;
 }
 

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
@@ -8,7 +7,6 @@
 #include <fcntl.h>
 #include <io.h>
 
-#include "decoder/base/system/names.h"
 #include "decoder/base/system/program.h"
 #include "decoder/base/system/windows_support.h"
 // After windows.h, which it needs.
@@ -86,17 +84,6 @@ namespace {
 
 UINT page_before = 0;
 
-/// What a shell does elsewhere: wildcards become the files that match. An argument that matches nothing stays.
-void AddArgument(const std::string& argument, std::vector<std::string>& arguments) {
-  const bool pattern = !argument.starts_with('-') && argument.find_first_of("*?") != std::string::npos;
-  std::vector<std::string> paths = pattern ? PathsMatching(argument) : std::vector<std::string>();
-  if (argument.find('\\') != std::string::npos) {
-    for (std::string& path : paths) std::replace(path.begin(), path.end(), '/', '\\');
-  }
-  arguments.insert(arguments.end(), paths.begin(), paths.end());
-  if (paths.empty()) arguments.push_back(argument);
-}
-
 void RestorePage() {
   ::SetConsoleOutputCP(page_before);
 }
@@ -108,7 +95,7 @@ std::vector<std::string> Arguments(int /*argc*/, char** /*argv*/) {
   int count = 0;
   wchar_t** const wide = ::CommandLineToArgvW(::GetCommandLineW(), &count);
   std::vector<std::string> arguments;
-  for (int i = 1; i < count; ++i) AddArgument(Narrow(wide[i]), arguments);
+  for (int i = 1; i < count; ++i) arguments.push_back(Narrow(wide[i]));
   ::LocalFree(wide);
   return arguments;
 }

@@ -12,7 +12,7 @@ void ListenForInterrupt(void (*handler)());
 
 /// From now on a crash calls `handler` with its number. It may call WriteToStandardError() and EndAtOnce().
 void ListenForCrashes(void (*handler)(unsigned number));
-/// As if ListenForCrashes() had not been called: the parent process sees the crash.
+/// Ends what ListenForCrashes() began: the parent process sees the crash.
 void LeaveCrashesAlone();
 /// What stands before the number of a crash ("signal "), and its base.
 [[nodiscard]] std::string_view CrashWord();

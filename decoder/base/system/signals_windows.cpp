@@ -26,6 +26,12 @@ LONG WINAPI OnException(EXCEPTION_POINTERS* exception) {
   return EXCEPTION_EXECUTE_HANDLER;
 }
 
+/// The number of the exception becomes the exit status. Left to Windows, a debugger or a dialog would come in between.
+LONG WINAPI EndWithException(EXCEPTION_POINTERS* exception) {
+  ::TerminateProcess(::GetCurrentProcess(), exception->ExceptionRecord->ExceptionCode);
+  return EXCEPTION_EXECUTE_HANDLER;
+}
+
 void OnAbort(int /*signal_number*/) {
   constexpr unsigned kAbort = 0xC0000409;
   if (crash_handler != nullptr) crash_handler(kAbort);
@@ -52,7 +58,7 @@ void ListenForCrashes(void (*handler)(unsigned)) {
 
 void LeaveCrashesAlone() {
   crash_handler = nullptr;
-  ::SetUnhandledExceptionFilter(nullptr);
+  ::SetUnhandledExceptionFilter(EndWithException);
 }
 
 std::string_view CrashWord() {
