@@ -49,14 +49,12 @@ bool CyclicImage::Add(const FrameTime& time, bool was_sent, bool taken, bool in_
   gap = Between(from, time);
   const bool both_in_op = std::exchange(in_op_, in_op) && in_op;
   if (in_op && !both_in_op) op_intervals_ = kept_ = 0;
-  if (!next || !from.frame.seen()) {
-    rhythm = BetweenBy(rhythm_base(), from, time);
-    return false;
-  }
-  AddInterval(from, time);
+  const bool counts = next && from.frame.seen();
+  if (counts) AddInterval(from, time);
   rhythm = BetweenBy(rhythm_base(), from, time);
-  if (taken && rhythm.base != TimeBase::kNone) Note(rhythm.ns, both_in_op);
-  return true;
+  if (counts && taken && rhythm.base != TimeBase::kNone) Note(rhythm.ns, both_in_op);
+  has_nominal_ = nominal_of >= kEnoughIntervals && nominal_ns > 0 && (!in_op_ || holds_in_op());
+  return counts;
 }
 
 void CyclicImage::AddInterval(const FrameTime& from, const FrameTime& to) {

@@ -46,9 +46,7 @@ struct CyclicImage {
     return by_esl.count() * 2 >= all && by_esl.count() > 0 ? TimeBase::kEsl : TimeBase::kCapture;
   }
   /// The median rests on enough intervals, and is none of 0. Where most of these lie before OP, those in OP keep to it.
-  [[nodiscard]] bool has_nominal() const {
-    return nominal_of >= kEnoughIntervals && nominal_ns > 0 && (!in_op_ || holds_in_op());
-  }
+  [[nodiscard]] bool has_nominal() const { return has_nominal_; }
   /// A frame with these data, once.
   /// @param was_sent its outbound copy is in the capture
   /// @param taken  a slave took part in them
@@ -74,6 +72,7 @@ struct CyclicImage {
   std::uint64_t intervals_ = 0;
   std::uint64_t counted_from_ = 0;  // those before are of another rhythm
   bool in_op_ = false;              // when the last frame came
+  bool has_nominal_ = false;
   // The first ones since some slave is in OP, and those of them that are about nominal_ns.
   std::uint64_t op_intervals_ = 0, kept_ = 0;
 };

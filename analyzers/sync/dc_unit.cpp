@@ -69,6 +69,7 @@ void DcUnit::Doubt(const track::SlaveAccess& access) {
   activation_.reset();
   activation_changed_ = access.frame().number;
   active_.reset();
+  FindPulses();
 }
 
 void DcUnit::SawOwnTime(std::uint64_t time, bool wide, const FrameRef& frame) {
@@ -138,6 +139,13 @@ DcUnit::Change DcUnit::OnActivation(const track::SlaveAccess& access, const esc:
   if (activation.empty() && !access.broadcast) activation = access.Covered(access.read, esc::kDcActivation, 1);
   if (activation.empty()) return Change::kNone;
   const esc::SyncActivation now{activation[0]};
+  const Change change = Activate(access, now, written, registers);
+  FindPulses();
+  return change;
+}
+
+DcUnit::Change DcUnit::Activate(const track::SlaveAccess& access, esc::SyncActivation now, bool written,
+                                const esc::RegisterImage& registers) {
   const bool was_active = activation_ && activation_->active();
   was_known_ = activation_.has_value();
   if (written && (!was_known_ || activation_->raw != now.raw)) activation_changed_ = access.frame().number;
@@ -158,6 +166,13 @@ DcUnit::Change DcUnit::OnActivation(const track::SlaveAccess& access, const esc:
   cycle_rewritten_ = {};
   last_active_ = activated_ = settings;
   return written ? Change::kSwitchedOn : Change::kNone;
+}
+
+void DcUnit::FindPulses() {
+  constexpr std::uint32_t kTooLong = 0x80000000U;
+  const bool known = generates_sync0() && active_->start_ns && !activation_->auto_activation();
+  const std::uint32_t cycle = known ? active_->sync0_cycle_ns.value_or(0) : 0;
+  pulse_cycle_ns_ = cycle < kTooLong ? cycle : 0;
 }
 
 SyncSettings DcUnit::SettingsIn(const esc::RegisterImage& registers) const {
@@ -183,6 +198,7 @@ void DcUnit::BeginAnew() {
   if (activation_ && activation_->active()) activation_.reset();
   active_.reset();
   last_active_.reset();
+  FindPulses();
   cycle_configured_ = cycle_rewritten_ = {};
   difference_above_ = settled_ = {};
   own_time_.reset();

@@ -61,6 +61,8 @@ class DcUnit {
   [[nodiscard]] const std::optional<SyncSettings>& active() const { return active_; }
   /// SYNC0 is one of those that are.
   [[nodiscard]] bool generates_sync0() const { return active_ && active_->activation.sync0(); }
+  /// Cycle of SYNC0 while its pulses can be counted: it is on, and when it began is known. 0: they cannot.
+  [[nodiscard]] std::uint32_t pulse_cycle_ns() const { return pulse_cycle_ns_; }
   /// The settings of the last time it was on, since the slave was set up.
   [[nodiscard]] const std::optional<SyncSettings>& last_active() const { return last_active_; }
   /// The same, of whichever run.
@@ -109,11 +111,15 @@ class DcUnit {
   void OnDifference(const track::SlaveAccess& access);
   void SawOwnTime(std::uint64_t time, bool wide, const FrameRef& frame);
   Change OnActivation(const track::SlaveAccess& access, const esc::RegisterImage& registers);
+  Change Activate(const track::SlaveAccess& access, esc::SyncActivation now, bool written,
+                  const esc::RegisterImage& registers);
+  void FindPulses();
   [[nodiscard]] SyncSettings SettingsIn(const esc::RegisterImage& registers) const;
 
   bool present_ = false;
   bool adjusted_ = false;
   bool was_known_ = false;
+  std::uint32_t pulse_cycle_ns_ = 0;  ///< follows from active_ and activation_
   FrameNo activation_changed_ = 0, cycle_changed_ = 0;
   std::optional<std::uint32_t> cycle_;  ///< 0x09A0 after the last access to it
   std::optional<esc::SyncActivation> activation_;

@@ -34,7 +34,7 @@ void OutputMeter::Feed(SlaveId id, OutputWatch& watch, const DcUnit& dc, const F
   const model::AlMachine& al = bus_.slave(id).al;
   const bool in_op = al.SettledIn(esc::AlState::OP);
   if (watch.Waits() && (in_op || watch.fell.seen())) FollowInterval(id, watch, dc, at_hand, image, in_op);
-  const bool counts = at_hand.dc() && Sync0Phase::Counts(dc);
+  const bool counts = dc.pulse_cycle_ns() > 0 && at_hand.dc();
   if (in_op && counts) {
     watch.in_safeop = false;
     MeasurePhase(id, watch, dc, at_hand);
@@ -53,7 +53,8 @@ void OutputMeter::Feed(SlaveId id, OutputWatch& watch, const DcUnit& dc, const F
                                                                const FrameAtHand& at_hand, const CyclicImage* image,
                                                                bool in_op) {
   const FrameTime& time = at_hand.time();
-  const Interval gap = watch.GapTo(time, image);
+  const bool follows = watch.Follows(image);
+  const Interval gap = watch.GapTo(time, follows);
   const TimeNs limit = watch.GapLimit(image);
   if (gap.base != TimeBase::kNone && limit > 0 && gap.ns >= limit) {
     OutputGap event = watch.Describe(id, gap);
@@ -66,7 +67,7 @@ void OutputMeter::Feed(SlaveId id, OutputWatch& watch, const DcUnit& dc, const F
   // The grid begins again when its cycles do.
   if (!in_op || !watch.in_op || by_sync0) watch.grid.End();
   if (!in_op || !watch.in_op) return;
-  const Interval rhythm = watch.RhythmTo(time, image);
+  const Interval rhythm = watch.RhythmTo(time, follows);
   if (watch.image != nullptr && watch.image->has_nominal()) {
     if (!watch.rate.Follows(*watch.image)) RenewRate(id, watch, dc, at_hand.sent().number);
     watch.rate.Add(rhythm, watch.last.frame, time.frame);

@@ -98,18 +98,12 @@ void OutputWatch::OnHole(const track::CaptureGap& gap) {
   fell = {};
 }
 
-void OutputWatch::ReadStatusWord(const model::SlaveModel& slave, const model::LogicalShare& share, ByteSpan data) {
-  if (layout_version_ != slave.process.version()) {
-    layout_version_ = slave.process.version();
-    status_at_.reset();
-    const model::ProcessLayout& inputs = slave.process.tx();
-    const model::Signal* word = inputs.known() ? inputs.Find(kStatusWord, 0) : nullptr;
-    if (word != nullptr && word->bits == 16 && word->bit_offset % 8 == 0) status_at_ = word->bit_offset / 8;
-  }
-  status_word.reset();
-  if (!status_at_ || *status_at_ + 2 > share.input_bytes) return;
-  const std::size_t at = std::size_t{share.input_offset} + *status_at_;
-  if (at + 2 <= data.size()) status_word = LittleEndian<std::uint16_t>(data, at);
+void OutputWatch::FindStatusWord(const model::SlaveModel& slave) {
+  layout_version_ = slave.process.version();
+  status_at_.reset();
+  const model::ProcessLayout& inputs = slave.process.tx();
+  const model::Signal* word = inputs.known() ? inputs.Find(kStatusWord, 0) : nullptr;
+  if (word != nullptr && word->bits == 16 && word->bit_offset % 8 == 0) status_at_ = word->bit_offset / 8;
 }
 
 }  // namespace ecaudit::sync

@@ -57,15 +57,18 @@ struct OutputWatch {
   [[nodiscard]] bool Waits() const { return op_since.seen() || FedInOp(); }
   /// Since when it does; unset when it is not known to be in OP.
   [[nodiscard]] std::optional<FrameTime> WaitsSince() const;
-  /// How far the frame at hand lies after that.
-  [[nodiscard]] Interval GapTo(const FrameTime& time, const CyclicImage* of) const {
-    // Nearly always: the gap is the same for all slaves that both frames fed.
-    if (of != nullptr && of == image && of->gap_from == last.frame.number && FedInOp()) return of->gap;
-    return GapByClocks(time);
+  /// Nearly always: the last two frames with the data of this image fed it. What lies between them is the same for all
+  /// such slaves.
+  [[nodiscard]] bool Follows(const CyclicImage* of) const {
+    return of != nullptr && of == image && of->gap_from == last.frame.number;
+  }
+  /// How far the frame at hand lies after that. @param follows  it Follows() its image
+  [[nodiscard]] Interval GapTo(const FrameTime& time, bool follows) const {
+    return follows && FedInOp() ? image->gap : GapByClocks(time);
   }
   /// The same by the clock that measures the rhythm of its outputs; kNone: that clock does not show it.
-  [[nodiscard]] Interval RhythmTo(const FrameTime& time, const CyclicImage* of) const {
-    if (of != nullptr && of == image && of->gap_from == last.frame.number) return of->rhythm;
+  [[nodiscard]] Interval RhythmTo(const FrameTime& time, bool follows) const {
+    if (follows) return image->rhythm;
     return image != nullptr ? BetweenBy(image->rhythm_base(), last, time) : Interval{};
   }
   /// From which length on a gap is reported, ns; 0: none is.
@@ -86,9 +89,16 @@ struct OutputWatch {
   /// The capture misses frames, or may do so.
   void OnHole(const track::CaptureGap& gap);
   /// @param data of a logical datagram to which the slave gave `share`
-  void ReadStatusWord(const model::SlaveModel& slave, const model::LogicalShare& share, ByteSpan data);
+  void ReadStatusWord(const model::SlaveModel& slave, const model::LogicalShare& share, ByteSpan data) {
+    if (layout_version_ != slave.process.version()) FindStatusWord(slave);
+    status_word.reset();
+    if (!status_at_ || *status_at_ + 2 > share.input_bytes) return;
+    const std::size_t at = std::size_t{share.input_offset} + *status_at_;
+    if (at + 2 <= data.size()) status_word = LoadLittleEndian<std::uint16_t>(data.data() + at);
+  }
 
  private:
+  void FindStatusWord(const model::SlaveModel& slave);
   [[nodiscard]] Interval GapByClocks(const FrameTime& time) const;
 
   std::uint64_t layout_version_ = ~std::uint64_t{0};

@@ -36,7 +36,7 @@ class SlaveDelays {
     std::uint64_t version = 0;  // that it was read at
   };
 
-  std::int64_t Read(SlaveId id) {
+  [[gnu::noinline]] std::int64_t Read(SlaveId id) {
     if (id >= delays_.size()) delays_.resize(std::size_t{id} + 1);
     delays_[id] = {bus_.network().state(id).registers.Value<std::uint32_t>(esc::kSystemTimeDelay).value_or(0),
                    version_};

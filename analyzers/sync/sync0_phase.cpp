@@ -15,7 +15,7 @@ Sync0Phase::Arrival Sync0Phase::Add(const DcUnit& unit, const FrameRef& frame, c
   const SyncSettings& settings = *unit.active();
   Follow(settings, frame, now, wide);
   if (!has_start_) return arrival;
-  const auto cycle = static_cast<std::int64_t>(*settings.sync0_cycle_ns);
+  const auto cycle = static_cast<std::int64_t>(unit.pulse_cycle_ns());
   const std::int64_t since = Since(now, way_ns);
   uncertainty_ = UncertaintyOf(unit) + doubt_ns;
   if (since < uncertainty_ || since > kNever) {  // SYNC0 has not begun

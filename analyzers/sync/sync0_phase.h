@@ -31,14 +31,7 @@ class Sync0Phase {
     [[nodiscard]] bool missed() const { return doubled || empty > 0; }
   };
 
-  /// SYNC0 is on, and its pulses can be counted.
-  [[nodiscard]] static bool Counts(const DcUnit& unit) {
-    const std::optional<SyncSettings>& settings = unit.active();
-    return settings && settings->activation.sync0() && settings->start_ns && settings->sync0_cycle_ns &&
-           *settings->sync0_cycle_ns > 0 && settings->sync0_cycle_ns < 0x80000000U &&
-           !unit.activation()->auto_activation();
-  }
-  /// @param unit    one that Counts()
+  /// @param unit    one whose pulses can be counted
   /// @param now     system time of the reference clock in the frame
   /// @param wide    that clock has 64 bit
   /// Where only low halves count, the start is found by the stamps: without them nothing is measured.
@@ -53,7 +46,7 @@ class Sync0Phase {
     if (!has_slot_ || begins_anew_ || settings_frame_.number != settings.frame.number || epoch_ != now.epoch) {
       return false;
     }
-    const auto cycle = static_cast<std::int64_t>(*settings.sync0_cycle_ns);
+    const auto cycle = static_cast<std::int64_t>(unit.pulse_cycle_ns());
     const std::int64_t since = Since(now, way_ns);
     if (last_pulse_ < 0 || since <= since_ || since > kNever || since - since_ >= cycle + cycle / 2) return false;
     const TimeNs phase = since - last_pulse_ - cycle;

@@ -71,10 +71,7 @@ class PcapSource final : public FrameSource {
     if (lengths_ == Lengths::kSwapped || (lengths_ == Lengths::kSwappedWhereLonger && captured > original)) {
       std::swap(captured, original);
     }
-    if (captured > kMaxPacketBytes) {
-      return Damaged("packet " + std::to_string(info_.packets + 1) + " is not valid (captured length " +
-                     Grouped(captured) + " bytes)");
-    }
+    if (captured > kMaxPacketBytes) return TooLong(captured);
     const std::size_t size = record_header_bytes_ + captured;
     if (bytes.size() < size) bytes = stream_->Peek(size);
     if (bytes.size() < size) return Stop(false);
@@ -87,7 +84,7 @@ class PcapSource final : public FrameSource {
     frame.flag = PacketFlag::kNone;
     frame.damaged = false;
     frame.original_length = original;
-    frame.bytes = bytes.subspan(record_header_bytes_, captured);
+    frame.bytes = {bytes.data() + record_header_bytes_, captured};
     frame.fcs_bytes = fcs_.In(frame);
     return ReadStatus::kFrame;
   }
@@ -128,10 +125,15 @@ class PcapSource final : public FrameSource {
   }
 
   /// No whole packet comes any more. @param between  the input ends where a packet does
-  ReadStatus Stop(bool between) {
+  [[gnu::cold, gnu::noinline]] ReadStatus Stop(bool between) {
     if ((between && stream_->error().empty()) || stream_->stopped()) return status_ = ReadStatus::kEnd;
     return Damaged(stream_->error().empty() ? "file ends inside packet " + std::to_string(info_.packets + 1)
                                             : StreamDamage(*stream_, info_.packets));
+  }
+
+  [[gnu::cold, gnu::noinline]] ReadStatus TooLong(std::uint32_t captured) {
+    return Damaged("packet " + std::to_string(info_.packets + 1) + " is not valid (captured length " +
+                   Grouped(captured) + " bytes)");
   }
 
   ReadStatus Damaged(std::string message) {

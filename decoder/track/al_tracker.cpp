@@ -1,7 +1,6 @@
 #include "decoder/track/al_tracker.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "decoder/bus/direction.h"
 
@@ -18,6 +17,11 @@ bool WritesControl(const wire::DatagramView& d) {
   const wire::Command c = d.command();
   return !wire::IsLogical(c) && wire::Writes(c) && c != wire::Command::ARMW && c != wire::Command::FRMW &&
          CoversByte(d.ado(), d.length(), esc::kAlControl);
+}
+
+/// As std::has_single_bit(), which calls a function where the processor need not count bits by itself.
+bool IsOneBit(unsigned bits) {
+  return bits != 0 && (bits & (bits - 1)) == 0;
 }
 
 constexpr auto kInit = static_cast<std::uint8_t>(esc::AlState::INIT);
@@ -124,7 +128,7 @@ void AlTracker::OnBroadcastRead(const DatagramPair& d) {
   answer.sent = d.transaction.sent_ref();
   answer.data = Slice(d.any.data(), static_cast<std::size_t>(esc::kAlStatus - d.address()));
   answer.status = answer.data[0];
-  answer.one_state = std::has_single_bit(static_cast<unsigned>(answer.states()));
+  answer.one_state = IsOneBit(answer.states());
   events_.Publish(AlStatusOfAll{answer.frame, esc::AlWord{static_cast<std::uint16_t>(answer.status & 0x1FU)}, *count});
   answer.sender = bus::SenderOf(d.transaction.any());
   SlaveId only = *count == 1 ? OnlySlave() : kNoSlave;

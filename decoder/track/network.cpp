@@ -92,16 +92,17 @@ void Network::MeetPresumed(const FrameRef& frame) {
 }
 
 LogicalAccess Network::LogicalAccessOf(const DatagramPair& d) {
+  const wire::DatagramView sent = d.has_sent ? d.sent() : d.any;
   return {
       .command = d.command(),
       .address = d.any.logical_address(),
       .sent = d.transaction.sent_ref(),
       .returned = d.transaction.returned_ref(),
-      .sent_data = d.has_sent ? d.sent().data() : ByteSpan{},
+      .sent_data = d.has_sent ? sent.data() : ByteSpan{},
       .returned_data = d.has_returned ? d.any.data() : ByteSpan{},
       .length = d.any.length(),
       .wkc = d.wkc(),
-      .sent_wkc = d.has_sent ? d.sent().wkc() : std::uint16_t{0},
+      .sent_wkc = d.has_sent ? sent.wkc() : std::uint16_t{0},
       .circulating = d.has_returned && d.any.circulating(),
       .assumed = d.assumed(),
   };
@@ -120,19 +121,20 @@ void Network::OnLogical(const DatagramPair& d) {
 }
 
 Answered Network::AnswerOf(const DatagramPair& d, SlaveId slave) const {
+  const wire::DatagramView sent = d.has_sent ? d.sent() : d.any;
   const std::uint16_t* count = wire::IncrementsAdp(d.command()) ? slave_count().if_known() : nullptr;
   // What is sent at the other end of a redundant line.
   const bool passed_no_slave = count != nullptr && wire::IsBroadcast(d.command()) && d.has_sent && d.has_returned &&
-                               d.sent().adp() == 0 && d.any.adp() == 0;
+                               sent.adp() == 0 && d.any.adp() == 0;
   return {
       .command = d.command(),
-      .adp = d.has_sent                       ? d.sent().adp()
+      .adp = d.has_sent                       ? sent.adp()
              : wire::IsBroadcast(d.command()) ? std::uint16_t{0}
                                               : d.any.adp(),
       .address = d.address(),
       .length = d.any.length(),
       .wkc = d.wkc(),
-      .sent_wkc = d.has_sent ? d.sent().wkc() : std::uint16_t{0},
+      .sent_wkc = d.has_sent ? sent.wkc() : std::uint16_t{0},
       .circulating = d.any.circulating(),
       .slaves_passed = passed_no_slave    ? std::optional<std::uint16_t>(0)
                        : count != nullptr ? std::optional(*count)
@@ -140,7 +142,7 @@ Answered Network::AnswerOf(const DatagramPair& d, SlaveId slave) const {
       .slave = slave,
       .sent = d.transaction.sent_ref(),
       .returned = d.transaction.returned_ref(),
-      .sent_data = d.has_sent ? d.sent().data() : ByteSpan{},
+      .sent_data = d.has_sent ? sent.data() : ByteSpan{},
       .returned_data = d.has_returned ? d.any.data() : ByteSpan{},
   };
 }
@@ -192,7 +194,7 @@ void Network::OnAddressed(const DatagramPair& d) {
     // The others may have counted without the reader. Changed data prove that it did, and so does a full count.
     const std::uint16_t* count = slave_count().if_known();
     const ByteSpan sent = d.has_sent ? d.sent().data() : access.read;
-    const bool changed = !std::equal(sent.begin(), sent.end(), access.read.begin(), access.read.end());
+    const bool changed = !SameBytes(sent, access.read);
     // Where slaves have left, the others may be all that count.
     const bool all = count != nullptr && d.wkc() == *count && !addressing_.InDoubt(slave);
     if (!changed && !all) return;

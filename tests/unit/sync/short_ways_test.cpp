@@ -119,7 +119,7 @@ class Unit {
 
 TEST(ShortWays, OfThePhaseCountTheSame) {
   const Unit slave;
-  ASSERT_TRUE(Sync0Phase::Counts(slave.unit()));
+  ASSERT_GT(slave.unit().pulse_cycle_ns(), 0U);
   for (unsigned seed = 1; seed <= kWays.size(); ++seed) {
     SCOPED_TRACE(seed);
     Sender sender(kWays[seed - 1], seed);
