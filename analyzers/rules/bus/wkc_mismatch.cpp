@@ -1,128 +1,31 @@
-#include <algorithm>
-#include <array>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "analyzers/judge/shared_notes.h"
-#include "analyzers/judge/unanswered_addresses.h"
+#include "analyzers/judge/wkc/causes.h"
+#include "analyzers/judge/wkc/counter_habits.h"
+#include "analyzers/judge/wkc/datagrams.h"
+#include "analyzers/judge/wkc/episodes.h"
+#include "analyzers/judge/wkc/evidence.h"
+#include "analyzers/judge/wkc/expected_shares.h"
+#include "analyzers/judge/wkc/kinds.h"
+#include "analyzers/judge/wkc/missing_slaves.h"
 #include "analyzers/model/bus_model.h"
 #include "analyzers/words/what.h"
-#include "decoder/base/time.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/events.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit::wkc_mismatch {
 namespace {
 
-constexpr FindingKind kProcessData{
-    .name = "process-data",
-    .title = R"({command} working counter {working_counter} instead of [{!expected_most}at least
-{expected_least}][[{?as_range}{expected_least} to ]{expected_most}][{!missing}[{?no_inputs}: one slave delivers no
-inputs]])",
-    .message = R"({command} of {length} at logical address {logical_address} returned in {frame} with
-working counter {working_counter}. Expected [{!expected_most}at least {expected_least}][[{?as_range}{expected_least} to
-]{expected_most}][, by the FMMUs of the slaves: {shares}].[{!shares} No slave has an FMMU for this address.])",
-    .next = R"([{?outputs_of}Check the AL status of {outputs_of} and the sync manager of its
-outputs[ (SM{sync_manager})].][{?inputs_of}Check the AL status of {inputs_of} and the sync manager of its
-inputs[ (SM{sync_manager})].][{!outputs_of}[{!inputs_of}[{?missing}Check AL status, power and cable of
-{missing}.][{!missing}[{?more_counted}Check which slaves have FMMUs for this address.][{!more_counted}[{?no_inputs}Find
-the slave whose inputs never change, and check that its application (processor) runs.][{!no_inputs}Check AL status and
-power of the slaves.]]]]])",
-    .identity = "command"};
-constexpr FindingKind kDropped{
-    .name = "process-data-dropped",
-    .title = "{command} working counter {working_counter} instead of {before} as before",
-    .message = R"({command} of {length} at logical address {address} returned in {frame} with working counter
-{working_counter}. Before, it was {before} in {times} from {since_frame} on, and there was no state request since
-then.[{!missing} The capture does not show which slave is missing.])",
-    .next = "Check AL status, power and cable of [{missing}][{!missing}the slaves].",
-    .identity = "command"};
-constexpr FindingKind kBroadcast{
-    .name = "broadcast",
-    .title = "BRD of {register}: {working_counter} of {passed} answer",
-    .message =
-        R"(The broadcast read of register {register} in {frame} passed {passed}, and every ESC has this register.
-But the working counter is {working_counter}. A broadcast does not show which slave did not answer.)",
-    .next = "Check which slave does not answer the reads of its own address.",
-    .identity = "register"};
-constexpr FindingKind kNoAnswer{
-    .name = "no-answer",
-    .title = "The slave does not answer at its station address {station_address}",
-    .message = R"(FPRD of register {register} at station address {station_address} returned in {frame} with
-working counter 0, although a slave answered there [in {answered_frame}][{!answered_frame}before]. The slave lost power, its
-link, or its address. A restart clears the address.)",
-    .next = "Check the power of the slave and the cable to it."};
-constexpr FindingKind kSeveralAnswer{
-    .name = "several-answer",
-    .title = "{working_counter} slaves answer at station address {station_address}",
-    .message =
-        R"(FPRD of register {register} returned in {frame} with working counter {working_counter} instead of 1. So
-{working_counter} slaves have station address {station_address}, and their data are mixed.)",
-    .next = "Give each slave an address of its own."};
-constexpr FindingKind kNoSlaveThere{
-    .name = "no-slave",
-    .title = "No slave answers at station address {station_address}",
-    .message =
-        R"([{?assigned}The master accesses station address {station_address} {accesses} from {frame} to {last_frame},
-first register {register}, and the working counter is always 0. It assigned other addresses in the capture, but not this
-one.][{!assigned}The master accesses station address {station_address} {accesses} from {frame} to {last_frame}, first
-register {register}, which every slave has. The working counter is always 0, but other slaves answer. The slave lost power,
-its link or its address before the capture, or no slave ever had this address.])",
-    .next =
-        "[{?assigned}Compare the station addresses in the configuration of the master with those that it assigns "
-        "(0x0010).][{!assigned}Check the power of this slave and the cable to it, and the station addresses in the "
-        "configuration of the master.]",
-    .identity = "station_address"};
-constexpr FindingKind kNoSlaveAtPosition{
-    .name = "no-slave-at-position",
-    .title = "No slave at position {position}: the last one is at {last_position}",
-    .message =
-        R"(The master accesses position {position} {accesses} from {frame} to {last_frame}, first register {register}. The
-working counter is always 0. The frames passed {slaves}, so there is no slave at this position.)",
-    .next =
-        "Compare number and order of the slaves in the configuration of the master with the bus. Check power and cable "
-        "after position {last_position}.",
-    .identity = "position"};
+using namespace wkc;  // NOLINT(google-build-using-namespace): the parts of this rule
+
 constexpr const FindingKind* kKinds[] = {&kProcessData,   &kDropped,      &kBroadcast,        &kNoAnswer,
                                          &kSeveralAnswer, &kNoSlaveThere, &kNoSlaveAtPosition};
-
-constexpr NoteKind kLeftTheBus{.name = "left-the-bus",
-                               .text = "The shares of {slaves} are missing. These slaves left the bus."};
-constexpr NoteKind kAllAway{
-    .name = "do-not-answer",
-    .text = "The shares of {slaves} are missing. These slaves do not answer at their station addresses either."};
-constexpr NoteKind kMoreCounted{.name = "more-than-have-fmmus",
-                                .text = "More slaves took part than have FMMUs for this address."};
-constexpr NoteKind kOutputsMissing{.name = "outputs-missing",
-                                   .text = "The outputs of {slave} are missing: it does not accept them."};
-constexpr NoteKind kInputsMissing{.name = "inputs-missing",
-                                  .text = "The inputs of {slave} are missing: it does not deliver them."};
-constexpr NoteKind kShareMissing{.name = "share-missing", .text = "The share of {slave} is missing."};
-constexpr NoteKind kSeveralFit{.name = "several-fit",
-                               .text = R"(The difference of {difference} fits the shares of several
-slaves.[{?inputs} One is what a slave counts for its inputs. It does not count while its application has written none.])"};
-constexpr NoteKind kFitsSlaveThatLeftState{
-    .name = "fits-slave-that-left-state",
-    .text = "The difference of {difference} fits the share of {slave}, which left its AL state."};
-constexpr NoteKind kOneAway{.name = "one-does-not-answer",
-                            .text = "One of them is {slave}, which does not answer at its station address."};
-constexpr NoteKind kOneLeft{.name = "one-left-the-bus", .text = "One of them is {slave}, which left the bus."};
-constexpr NoteKind kFitsAlone{.name = "fits-alone",
-                              .text = "Only {slave} has the share that is missing from all datagrams since {since}."};
-constexpr NoteKind kInputsNotRefreshed{
-    .name = "inputs-not-refreshed",
-    .text = R"(The inputs of {slave} returned unchanged in all of these frames, and those of the other slaves were
-refreshed. So {slave} does not take part.)"};
-constexpr NoteKind kOneBuffer{
-    .name = "one-buffer",
-    .text =
-        R"([{?several}These sync managers have one buffer: {managers}. Each slave][{!several}{managers} has one buffer. The
-slave] counts only if it has [{?inputs}filled][{!inputs}emptied] the buffer.)"};
 constexpr const NoteKind* kNotes[] = {&kLeftTheBus,    &kAllAway,      &kMoreCounted, &kOutputsMissing,
                                       &kInputsMissing, &kShareMissing, &kSeveralFit,  &kFitsSlaveThatLeftState,
                                       &kOneAway,       &kOneLeft,      &kFitsAlone,   &kInputsNotRefreshed,
@@ -190,7 +93,8 @@ If slaves are named, check their AL status and power. If the number of slaves ch
 answers is broken. If a share of 2 is missing from one slave, it did not accept its outputs: their sync manager is off.
 )"};
 
-constexpr EscAddress kLastAlwaysThere = 0x0130;  // AL Status
+/// The last register that EveryEscAnswers() is about: AL Status.
+constexpr EscAddress kLastAlwaysThere = 0x0130;
 
 class WkcMismatch final : public Rule {
  public:
@@ -209,60 +113,20 @@ class WkcMismatch final : public Rule {
     if (e.wkc > 0) numbering_ = false;
     const model::LogicalExpectation& expected = context().bus().Expect(e);
     const model::CounterRange range = context().bus().RangeFor(expected, e.command);
-    const bool all_known = expected.complete || WasRight(e);
-    // A slave that has an FMMU counts, whatever others have. Only the maximum is unknown.
+    const std::uint64_t mappings = context().network().mapping_version();
+    const bool all_known = expected.complete || habits_.WasRight(e, mappings);
     if (!all_known) AddNotAllKnown(e);
-    if (!all_known && (e.wkc >= range.least || !HeldAtLeast(e, range.least))) return EvaluateByHabit(e, range);
-    if (e.wkc >= range.least && e.wkc <= range.most) {
-      if (range.least < range.most) EvaluateUnconfirmed(e, expected, range);
-      return;
-    }
-    // Without outbound frames the missing ones are unknown. If no slave has an FMMU at all, none can count: their
-    // set-up is not in the capture, although no gap shows.
-    const bus::PairingStatistics& pairing = context().pairing();
-    const bool of_no_slave = range.most == 0 && !AnyMapped();
-    // A frame that is still in flight when this one returned may turn out to be lost.
-    const bool open = pairing.in_flight > 0;
-    const bool missed = MissesAny(pairing) || context().network().last_gap() != 0;
-    if (e.wkc > range.most && (missed || LosesAny(pairing) || open || pairing.paired == 0 || of_no_slave)) {
-      if (!more_reported_) {
-        more_reported_ = true;
-        const bool capture = missed || (!LosesAny(pairing) && !open);
-        NotEvaluable(kNoSlave, capture ? ReasonCode::kMissesPackets : ReasonCode::kNeverReturned,
-                     capture ? kFmmuWrites : kFmmuWrite, e.frame().number);
-      }
-      return;
-    }
-    const std::uint64_t key = Key(e) ^ static_cast<std::uint64_t>(e.wkc) << 48U;
-    WatchInputs(key, expected, e);
-    if (Repeat(kNoSlave, key, e.frame()) != kNoFinding) return;
-    Finding finding = Found(kProcessData, kNoSlave, e.frame());
-    finding.Set("command", arg::Text(wire::Name(e.command)))
-        .Set("length", arg::Count(e.length, "byte"))
-        .Set("working_counter", arg::Number(e.wkc))
-        .Set("expected_least", arg::Number(range.least));
-    if (all_known) {
-      finding.Set("expected_most", arg::Number(range.most)).Set("as_range", arg::Flag(range.least != range.most));
-    }
-    finding.Set("logical_address", arg::Hex(e.address, 8));
-    if (Value shares = SharesOf(expected, e.command); !shares.items().empty()) finding.Set("shares", std::move(shares));
-    if (all_known) {
-      AddOneBuffers(finding, expected, true);
-      AddOneBuffers(finding, expected, false);
-    }
-    const FindingIndex index = Report(key, std::move(finding));
-    AddSubject(index, expected, e, range.most);
-    if (index != kNoFinding && all_known && AreInputs(e, range.most - e.wkc)) {
-      context().store[index].Set("no_inputs", arg::Flag());
-    }
-    for (Episode& episode : episodes_) {
-      if (episode.key != key) continue;
-      episode.finding = index;
-      // A slave whose FMMUs are unknown may have counted instead of another one.
-      if (!all_known) continue;
-      episode.only_candidate = OnlyCandidate(expected, e, range);
-      episode.hint = HintOf(expected, e, range);
-      episode.missing = range.most - e.wkc;
+    switch (Decide(kCounters, FactsOf(e, range, all_known))) {
+      case CounterVerdict::kFits:
+        return;
+      case CounterVerdict::kByHabit:
+        return ReportDrop(e, habits_.Follow(e, range, mappings));
+      case CounterVerdict::kByHabitOfAll:
+        return ReportDrop(e, habits_.FollowAll(e, expected, range.most));
+      case CounterVerdict::kNotEvaluable:
+        return AddSetUpMissed(e);
+      case CounterVerdict::kMismatch:
+        return ReportMismatch(e, expected, range, all_known);
     }
   }
 
@@ -272,229 +136,57 @@ class WkcMismatch final : public Rule {
       EvaluateBroadcastRead(e);
     } else {
       EvaluateAddressedRead(e);
-      AddUnanswered(e);
+      missing_.OnOfEveryEsc(e);
     }
   }
-  void OnAnyRegister(const track::Answered& e) {
-    if (e.wkc != 0) {  // nearly always
-      answered_ = true;
-      if (IsConfigured(e.command)) stations_.Remove(e.adp);
-    } else if (wire::IncrementsAdp(e.command) && !wire::IsBroadcast(e.command)) {
-      AddBeyondEnd(e);
-    }
-  }
-
-  // A change of states or of the mapping ends the habit.
+  void OnAnyRegister(const track::Answered& e) { missing_.On(e); }
   void On(const track::AlRequest& e) {
-    ForgetHabits();
+    habits_.Forget();
     if (!e.broadcast) numbering_ = false;
   }
   void On(const track::AddressAssigned&) {
-    numbering_ = assigned_ = true;
-    stations_.Clear();
+    numbering_ = true;
+    missing_.OnAssigned();
   }
-  void On(const track::SlaveFound&) { ForgetHabits(); }
-  void On(const track::SlaveCount& e) { most_slaves_ = std::max(most_slaves_, e.count); }
+  void On(const track::SlaveFound&) { habits_.Forget(); }
+  void On(const track::SlaveCount& e) { missing_.OnCount(e.count); }
 
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
-    for (const auto& [station, accesses] : stations_.all())
-      ReportNoSlave(static_cast<StationAddress>(station), accesses);
-    for (const auto& [position, accesses] : beyond_end_.all()) ReportBeyondEnd(position, accesses);
-    for (const Episode& episode : episodes_) NameMissing(episode);
-    NameDropped();
+    for (MissingSlaves::Report& report : missing_.Reports()) {
+      Report(report.key, report.severity, std::move(report.finding));
+    }
+    episodes_.NameMissing(context());
+    datagrams_.NameDropped(context());
     // The missing share of a slave that left the bus or its state is a consequence of that.
-    std::vector<Finding>& findings = context().store.findings();
-    for (Finding& own : findings) {
-      if (own.rule != kInfo.id || own.caused_by != kNoFinding) continue;
-      FindingIndex best = kNoFinding;
-      for (std::size_t i = 0; i < findings.size(); ++i) {
-        const Finding& f = findings[i];
-        const bool left_state = f.rule == "al-unexpected-change";
-        if (!left_state && f.rule != "bus-slave-count-changed" && f.rule != "bus-link-errors" &&
-            f.rule != "bus-duplicate-address" && !(IsAway(f) && !IsAway(own))) {
-          continue;
-        }
-        if (f.first.number > own.last.number + kAbout || f.last.number + 20 < own.first.number) continue;
-        // It was away, and answers again when its lower state is read: then its absence is the cause.
-        if (left_state && IsAway(own) && f.first.number > own.last.number) continue;
-        if (own.slave != kNoSlave && f.slave != kNoSlave && f.slave != own.slave) continue;
-        if (!MayHaveBegunBefore(f, own)) continue;
-        if (best == kNoFinding || Distance(f, own) < Distance(findings[best], own)) best = static_cast<FindingIndex>(i);
-      }
-      own.caused_by = best != kNoFinding ? best : EndOfTheBusBefore(own);
-      if (best != kNoFinding) AddWhoLeftItsState(own, findings[best]);
-      if (own.caused_by == kNoFinding) own.caused_by = SameDropBefore(own);
+    for (Finding& own : context().store.findings()) {
+      if (own.rule == kInfo.id && own.caused_by == kNoFinding) LinkCause(context(), datagrams_, episodes_, own);
     }
   }
 
  private:
-  /// A datagram that a finding is about, and the slaves that have a part in it.
-  struct Subject {
-    FindingIndex finding = kNoFinding;
-    std::uint64_t key = 0;
-    int missing = 0;  ///< of the working counter; 0: not known
-    struct Part {
-      SlaveId slave = kNoSlave;
-      int worth = 0;
-    };
-    std::vector<Part> parts;
-    bool all_parts = false;  ///< they explain the working counter before exactly
-  };
-  static constexpr std::size_t kMaxSubjects = 64;
-
-  /// One kind of mismatch: which slaves' inputs were refreshed while it lasted.
-  struct Episode {
-    std::uint64_t key = 0;
-    FindingIndex finding = kNoFinding;
-    SlaveId only_candidate = kNoSlave;
-    std::optional<Note> hint;
-    std::uint64_t frames = 0;
-    struct Watched {
-      SlaveId slave = kNoSlave;
-      std::uint64_t refreshed = 0;  ///< frames in which the inputs differ from what the master sent there
-      int worth = 0;                ///< what it adds to the working counter
-    };
-    int missing = 0;
-    std::vector<Watched> slaves;
-  };
-  static constexpr std::size_t kMaxEpisodes = 32;
-  static constexpr FrameNo kAbout = 2000;  ///< a finding this number of frames later may have the same cause
-
-  /// What shows after the effect is its cause only if it may have begun before it, lasted until it showed, and is about
-  /// a slave with a part in the datagram.
-  [[nodiscard]] bool MayHaveBegunBefore(const Finding& cause, const Finding& own) const {
-    if (cause.first.number <= own.first.number) return true;
-    const FrameNo well_before = BegunBy(cause);
-    if (well_before < cause.first.number && well_before > own.first.number) return false;
-    const Subject* subject = SubjectOf(own);
-    if (subject == nullptr || cause.slave == kNoSlave) return true;
-    const auto& parts = subject->parts;
-    const bool has_part =
-        std::any_of(parts.begin(), parts.end(), [&](const auto& p) { return p.slave == cause.slave; });
-    if (subject->all_parts && !has_part) return false;
-    // The counter changed once more before the cause showed: that change is the effect.
-    return std::none_of(subjects_.begin(), subjects_.end(), [&](const Subject& other) {
-      if (other.key != subject->key || other.finding == subject->finding) return false;
-      const FrameNo first = context().store[other.finding].first.number;
-      return own.last.number < first && first <= cause.first.number;
-    });
+  [[nodiscard]] Facts<CounterFact> FactsOf(const track::LogicalAccess& e, const model::CounterRange& range,
+                                           bool all_known) {
+    Facts<CounterFact> facts{};
+    facts.Set(CounterFact::kAllKnown, all_known);
+    facts.Set(CounterFact::kBelow, e.wkc < range.least);
+    facts.Set(CounterFact::kAbove, e.wkc > range.most);
+    facts.Set(CounterFact::kOneValue, range.least == range.most);
+    facts.Set(CounterFact::kHeld, !all_known && habits_.HeldAtLeast(e, range.least));
+    facts.Set(CounterFact::kSetUpMissed, e.wkc > range.most && MayMissSetUp(range));
+    return facts;
   }
 
-  [[nodiscard]] const Subject* SubjectOf(const Finding& own) const {
-    const auto found = std::find_if(subjects_.begin(), subjects_.end(),
-                                    [&](const Subject& subject) { return &context().store[subject.finding] == &own; });
-    return found != subjects_.end() ? &*found : nullptr;
+  /// Without outbound frames the missing ones are unknown. If no slave has an FMMU at all, none can count: their set-up
+  /// is not in the capture, although no gap shows.
+  [[nodiscard]] bool MayMissSetUp(const model::CounterRange& range) {
+    return MissesSome() || NeverReturn() || context().pairing().paired == 0 || (range.most == 0 && !AnyMapped());
   }
-
-  /// The same slave is missing from another datagram since the same frame.
-  [[nodiscard]] FindingIndex SameDropBefore(const Finding& own) const {
-    if (own.kind != &kDropped || own.slave == kNoSlave) return kNoFinding;
-    for (const Subject& other : subjects_) {
-      const Finding& finding = context().store[other.finding];
-      if (&finding == &own) break;
-      if (finding.kind == &kDropped && finding.slave == own.slave && finding.first.number == own.first.number) {
-        return other.finding;
-      }
-    }
-    return kNoFinding;
+  [[nodiscard]] bool MissesSome() const {
+    return MissesAny(context().pairing()) || context().network().last_gap() != 0;
   }
-
-  /// Drops of several datagrams in one frame are those of one slave if only one has all shares that are missing.
-  void NameDropped() {
-    for (const Subject& subject : subjects_) {
-      Finding& finding = context().store[subject.finding];
-      if (finding.kind != &kDropped || finding.slave != kNoSlave || !subject.all_parts) continue;
-      SlaveId only = kNoSlave;
-      std::size_t fitting = 0;
-      for (const auto& part : subject.parts) {
-        if (!FitsAllSince(part.slave, finding.first.number)) continue;
-        only = part.slave;
-        ++fitting;
-      }
-      if (fitting != 1) continue;
-      for (const Subject& other : subjects_) {
-        Finding& same = context().store[other.finding];
-        if (same.kind != &kDropped || same.first.number != finding.first.number) continue;
-        same.slave = only;
-        same.Set("missing", SlaveValue(only));
-        same.Add(kFitsAlone, {{"slave", SlaveValue(only)}, {"since", arg::Frame(finding.first.number)}});
-        if (same.count >= kTimesUntilRight) context().store.Regrade(other.finding, Severity::kError);
-      }
-    }
-  }
-
-  [[nodiscard]] bool FitsAllSince(SlaveId slave, FrameNo first) const {
-    return std::all_of(subjects_.begin(), subjects_.end(), [&](const Subject& subject) {
-      const Finding& finding = context().store[subject.finding];
-      if (finding.kind != &kDropped || finding.first.number != first) return true;
-      return subject.all_parts && std::any_of(subject.parts.begin(), subject.parts.end(), [&](const auto& part) {
-               return part.slave == slave && part.worth == subject.missing;
-             });
-    });
-  }
-
-  void AddSubject(FindingIndex finding, const model::LogicalExpectation& expected, const track::LogicalAccess& e,
-                  int before) {
-    if (finding == kNoFinding || subjects_.size() >= kMaxSubjects) return;
-    Subject subject{finding, Key(e), before - int{e.wkc}, {}, false};
-    int all = 0;
-    for (const model::LogicalShare& share : expected.shares) {
-      const int worth = model::WorthOf(share, e.command);
-      if (worth == 0) continue;
-      subject.parts.push_back({share.slave, worth});
-      all += worth;
-    }
-    subject.all_parts = all > 0 && all == before;
-    subjects_.push_back(std::move(subject));
-  }
-
-  /// If several shares fit, that of the slave which left its state is missing.
-  void AddWhoLeftItsState(Finding& own, Finding& cause) const {
-    const auto several =
-        std::find_if(own.notes.begin(), own.notes.end(), [](const Note& note) { return note.kind == &kSeveralFit; });
-    if (cause.rule != "al-unexpected-change" || cause.slave == kNoSlave || several == own.notes.end()) return;
-    for (const Episode& episode : episodes_) {
-      if (episode.finding == kNoFinding || &context().store[episode.finding] != &own) continue;
-      const bool fits = std::any_of(episode.slaves.begin(), episode.slaves.end(), [&](const Episode::Watched& w) {
-        return w.slave == cause.slave && w.worth >= episode.missing;
-      });
-      if (!fits) continue;
-      several->kind = &kFitsSlaveThatLeftState;
-      several->arguments.Set("slave", SlaveValue(cause.slave));
-      if (own.first.number < cause.first.number) {
-        cause.Add(kWorkingCounterMissing, {{"since", arg::Frame(own.first.number)}});
-        AddRelated(cause, own.first.number);
-      }
-      return;
-    }
-  }
-
-  /// A slave that does not answer any more at its own address.
-  static bool IsAway(const Finding& f) { return f.kind == &kNoAnswer; }
-
-  /// The last change of the number of slaves before, if the bus ended before this slave since then, or a branch left
-  /// that may include it.
-  [[nodiscard]] FindingIndex EndOfTheBusBefore(const Finding& own) const {
-    if (own.slave == kNoSlave) return kNoFinding;
-    const SlavePos* position = context().network().slaves()[own.slave].position.if_known();
-    const std::vector<Finding>& findings = context().store.findings();
-    FindingIndex found = kNoFinding;
-    FrameNo latest = 0;
-    for (std::size_t i = 0; position != nullptr && i < findings.size(); ++i) {
-      const Finding& f = findings[i];
-      if (f.rule != "bus-slave-count-changed" || f.first.number > own.first.number || f.first.number < latest) continue;
-      latest = f.first.number;
-      const std::optional<std::int64_t> end = SlavesNow(f);
-      found = end && (*position >= *end || IsOfABranch(f)) ? static_cast<FindingIndex>(i) : kNoFinding;
-    }
-    return found;
-  }
-
-  static std::optional<std::int64_t> SlavesNow(const Finding& changed) {
-    const Value* now = changed.arguments.Find("slaves_now");
-    return now == nullptr ? std::nullopt : std::optional(now->number);
-  }
+  /// A frame that is still in flight when this one returned may turn out to be lost.
+  [[nodiscard]] bool NeverReturn() const { return LosesAny(context().pairing()) || context().pairing().in_flight > 0; }
 
   /// Any slave has an FMMU that is switched on.
   [[nodiscard]] bool AnyMapped() {
@@ -509,285 +201,69 @@ class WkcMismatch final : public Rule {
     return any_mapped_;
   }
 
-  /// Working counters of one kind of datagram while its expectation is unknown.
-  struct Habit {
-    std::uint64_t key = 0;
-    std::uint16_t wkc = 0;
-    std::uint32_t times = 0;
-    FrameNo since = 0;
-    std::optional<std::uint64_t> right_for;  ///< version of the mappings with which the known ones explained it
-  };
-  /// A value below the one before.
-  struct Drop {
-    std::uint64_t key = 0;
-    std::uint16_t before = 0, wkc = 0;
-    std::uint32_t times = 0;  ///< frames that showed `before`
-    std::uint64_t count = 0;  ///< frames that show `wkc`
-    FrameNo since = 0;        ///< the first that showed `before`
-    FrameRef first, last;     ///< that show `wkc`
-  };
-  static constexpr std::uint32_t kTimesUntilHabit = 200;
-  static constexpr std::uint32_t kTimesUntilRight = 20;
-
-  static FrameNo Distance(const Finding& a, const Finding& b) {
-    return a.first.number > b.first.number ? a.first.number - b.first.number : b.first.number - a.first.number;
-  }
-  static std::uint64_t Key(const track::LogicalAccess& e) {
-    return static_cast<std::uint64_t>(e.address) << 16U ^ static_cast<std::uint64_t>(e.length) << 4U ^
-           static_cast<std::uint64_t>(e.command);
-  }
-
-  void WatchInputs(std::uint64_t key, const model::LogicalExpectation& expected, const track::LogicalAccess& e) {
-    auto episode = std::find_if(episodes_.begin(), episodes_.end(), [&](const Episode& x) { return x.key == key; });
-    if (episode == episodes_.end()) {
-      if (episodes_.size() >= kMaxEpisodes) return;
-      Episode fresh;
-      fresh.key = key;
-      for (const model::LogicalShare& share : expected.shares) {
-        fresh.slaves.push_back({share.slave, 0, model::WorthOf(share, e.command)});
-      }
-      episodes_.push_back(std::move(fresh));
-      episode = episodes_.end() - 1;
-    }
-    if (e.sent_data.empty() || episode->slaves.size() != expected.shares.size()) return;
-    // In a capture downstream of slaves, the sent frame has their inputs already.
-    if (e.sent_wkc != 0) return;
-    ++episode->frames;
-    for (std::size_t i = 0; i < expected.shares.size(); ++i) {
-      const model::LogicalShare& share = expected.shares[i];
-      const ByteSpan sent = Slice(e.sent_data, share.input_offset, share.input_bytes);
-      const ByteSpan returned = Slice(e.returned_data, share.input_offset, share.input_bytes);
-      if (!std::equal(sent.begin(), sent.end(), returned.begin(), returned.end())) ++episode->slaves[i].refreshed;
-    }
-  }
-
-  /// Adds which slave is missing: by its share, or because its inputs returned unchanged while those of all others were
-  /// refreshed.
-  void NameMissing(const Episode& episode) const {
-    if (episode.finding == kNoFinding) return;
-    Finding& finding = context().store[episode.finding];
-    const std::vector<SlaveId> left = SlavesThatLeft(episode);
-    if (left.size() > 1) return AddSeveralMissing(finding, kLeftTheBus, left);
-    const std::vector<SlaveId> away = SlavesAway(episode);
-    if (away.size() > 1) return AddSeveralMissing(finding, kAllAway, away);
-    AddHint(finding, episode);
-    SlaveId missing = episode.only_candidate;
-    if (missing == kNoSlave) missing = OnlySilent(episode, finding);
-    if (missing == kNoSlave && away.size() == 1) {
-      missing = away.front();
-      finding.Add(kOneAway, {{"slave", SlaveValue(missing)}});
-    } else if (missing == kNoSlave && left.size() == 1) {
-      missing = left.front();
-      finding.Add(kOneLeft, {{"slave", SlaveValue(missing)}});
-    }
-    if (missing == kNoSlave) return;
-    finding.slave = missing;
-    finding.Set("missing", SlaveValue(missing));
-  }
-
-  void AddSeveralMissing(Finding& finding, const NoteKind& note, const std::vector<SlaveId>& slaves) const {
-    std::vector<Value> labels;
-    for (const SlaveId slave : slaves) labels.push_back(SlaveValue(slave));
-    Value list = arg::List(std::move(labels));
-    finding.Add(note, {{"slaves", list}});
-    finding.Set("missing", std::move(list));
-  }
-
-  static void AddHint(Finding& finding, const Episode& episode) {
-    if (!episode.hint) return;
-    finding.notes.push_back(*episode.hint);
-    const NoteKind* kind = episode.hint->kind;
-    if (kind == &kMoreCounted) finding.Set("more_counted", arg::Flag());
-    if (kind != &kOutputsMissing && kind != &kInputsMissing) return;
-    finding.Set(kind == &kOutputsMissing ? "outputs_of" : "inputs_of", *episode.hint->arguments.Find("slave"));
-    if (const Value* manager = episode.hint->arguments.Find("sync_manager")) finding.Set("sync_manager", *manager);
-  }
-
-  /// Adds the only slave whose inputs returned unchanged.
-  [[nodiscard]] SlaveId OnlySilent(const Episode& episode, Finding& finding) const {
-    SlaveId missing = kNoSlave;
-    std::size_t silent = 0;
-    for (const Episode::Watched& w : episode.slaves) {
-      if (w.refreshed != 0) continue;
-      ++silent;
-      missing = w.slave;
-    }
-    if (episode.frames < 3 || silent != 1) return kNoSlave;
-    finding.Add(kInputsNotRefreshed, {{"slave", SlaveValue(missing)}});
-    finding.confidence = Confidence::kInferred;
-    return missing;
-  }
-
-  /// Some slaves in the middle have left, not the last ones: a count does not show which.
-  static bool IsOfABranch(const Finding& changed) { return changed.arguments.Has("still_answers"); }
-
-  [[nodiscard]] Value SlaveValue(SlaveId slave) const { return arg::Slave(slave, context().Label(slave)); }
-
-  /// The slaves after the place where the bus ends since about then, if exactly their shares are missing. A slave that
-  /// still delivers inputs has not left, whatever its position.
-  [[nodiscard]] std::vector<SlaveId> SlavesThatLeft(const Episode& episode) const {
-    constexpr FrameNo kAtOnce = 20;
-    const Finding& own = context().store[episode.finding];
-    for (const Finding& f : context().store.findings()) {
-      if (f.rule != "bus-slave-count-changed" || Distance(f, own) > kAtOnce) continue;
-      const std::optional<std::int64_t> end = SlavesNow(f);
-      if (!end || IsOfABranch(f)) continue;
-      int worth = 0;
-      std::vector<SlaveId> left;
-      for (const Episode::Watched& w : episode.slaves) {
-        const SlavePos* position = context().network().slaves()[w.slave].position.if_known();
-        if (position == nullptr || *position < *end || w.refreshed != 0) continue;
-        worth += w.worth;
-        left.push_back(w.slave);
-      }
-      if (worth == episode.missing) return left;
-    }
-    return {};
-  }
-
-  /// Several slaves that stopped answering at about that time, if exactly their shares are missing.
-  [[nodiscard]] std::vector<SlaveId> SlavesAway(const Episode& episode) const {
-    const Finding& own = context().store[episode.finding];
-    int worth = 0;
-    std::vector<SlaveId> away;
-    for (const Finding& f : context().store.findings()) {
-      if (!IsAway(f) || f.first.number > own.last.number + kAbout || f.last.number < own.first.number) continue;
-      for (const Episode::Watched& w : episode.slaves) {
-        if (w.slave != f.slave) continue;
-        worth += w.worth;
-        away.push_back(w.slave);
-      }
-    }
-    return worth == episode.missing ? away : std::vector<SlaveId>{};
-  }
-
   void AddNotAllKnown(const track::LogicalAccess& e) {
-    if (unknown_reported_) return;
-    unknown_reported_ = true;
+    if (std::exchange(unknown_reported_, true)) return;
     NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, what::kFmmusOfAll, e.frame().number);
   }
 
-  /// Exactly the slaves with known FMMUs counted. So other FMMUs map nothing here, until the next request or set-up.
-  [[nodiscard]] bool WasRight(const track::LogicalAccess& e) const {
-    const Habit& habit = habits_[Key(e) % habits_.size()];
-    return habit.key == Key(e) && habit.times >= kTimesUntilRight &&
-           habit.right_for == context().network().mapping_version();
+  void AddSetUpMissed(const track::LogicalAccess& e) {
+    if (std::exchange(more_reported_, true)) return;
+    const bool capture = MissesSome() || !NeverReturn();
+    NotEvaluable(kNoSlave, capture ? ReasonCode::kMissesPackets : ReasonCode::kNeverReturned,
+                 capture ? kFmmuWrites : kFmmuWrite, e.frame().number);
   }
 
-  /// They have counted for a while, so the counter is that of the slaves.
-  [[nodiscard]] bool HeldAtLeast(const track::LogicalAccess& e, std::uint16_t least) const {
-    constexpr std::uint32_t kForAWhile = 3;
-    const Habit& habit = habits_[Key(e) % habits_.size()];
-    return habit.key == Key(e) && habit.wkc >= least && habit.times >= kForAWhile;
-  }
-
-  void ForgetHabits() {
-    habits_ = {};
-    early_ = {};
-  }
-
-  void EvaluateByHabit(const track::LogicalAccess& e, const model::CounterRange& range) {
-    const std::uint64_t key = Key(e);
-    Habit& habit = habits_[key % habits_.size()];
-    if (habit.key != key) {
-      habit = {key, e.wkc, 1, e.frame().number, {}};
-      return;
+  void ReportMismatch(const track::LogicalAccess& e, const model::LogicalExpectation& expected,
+                      const model::CounterRange& range, bool all_known) {
+    const std::uint64_t key = KeyOf(KeyOf(e), e.wkc);
+    episodes_.Watch(key, expected, e);
+    if (Repeat(kNoSlave, key, e.frame()) != kNoFinding) return;
+    Finding finding = Found(kProcessData, kNoSlave, e.frame());
+    finding.Set("command", arg::Text(wire::Name(e.command)))
+        .Set("length", arg::Count(e.length, "byte"))
+        .Set("working_counter", arg::Number(e.wkc))
+        .Set("expected_least", arg::Number(range.least));
+    if (all_known) {
+      finding.Set("expected_most", arg::Number(range.most)).Set("as_range", arg::Flag(range.least != range.most));
     }
-    if (e.wkc == habit.wkc) {
-      ++habit.times;
-      const bool right = range.most > 0 && e.wkc == range.least && e.wkc == range.most;
-      habit.right_for = right ? std::optional(context().network().mapping_version()) : std::nullopt;
-      SettleEarlyDrop(e, habit);
-      return;
+    finding.Set("logical_address", arg::Hex(e.address, 8));
+    Value shares = SharesOf(context(), expected, e.command);
+    if (!shares.items().empty()) finding.Set("shares", std::move(shares));
+    if (all_known) AddOneBuffers(context(), finding, expected);
+    const FindingIndex index = Report(key, std::move(finding));
+    datagrams_.Add(index, expected, e, range.most);
+    const int missing = range.most - e.wkc;
+    if (index != kNoFinding && all_known && AreInputs(e, missing)) {
+      context().store[index].Set("no_inputs", arg::Flag());
     }
-    if (e.wkc > habit.wkc || habit.times < kTimesUntilHabit) {
-      FollowEarlyDrop(e, habit);
-      return;
-    }
-    const std::uint64_t fold = key ^ static_cast<std::uint64_t>(e.wkc) << 48U;
-    if (Repeat(kNoSlave, fold, e.frame()) != kNoFinding) return;
-    ReportDrop(e, {key, habit.wkc, e.wkc, habit.times, 1, habit.since, e.frame(), e.frame()});
+    Episode* const episode = episodes_.Find(key);
+    if (episode == nullptr) return;
+    episode->finding = index;
+    // A slave whose FMMUs are unknown may have counted instead of another one.
+    if (!all_known) return;
+    episode->only_candidate = OnlyCandidate(expected, e, range.most);
+    episode->hint = HintOf(context(), expected, e, range.most);
+    episode->missing = missing;
   }
 
-  /// The AL states of some slaves are not known, so they may count. All of them did for long, and no request came
-  /// since.
-  void EvaluateUnconfirmed(const track::LogicalAccess& e, const model::LogicalExpectation& expected,
-                           const model::CounterRange& range) {
-    const std::uint64_t key = Key(e);
-    Habit& habit = habits_[key % habits_.size()];
-    if (habit.key == key && e.wkc == habit.wkc) {
-      ++habit.times;
-      return;
-    }
-    const bool all_counted = habit.key == key && habit.times >= kTimesUntilHabit && habit.wkc == range.most;
-    if (!all_counted || e.wkc > habit.wkc || CountsNowAndThen(expected)) {
-      habit = {key, e.wkc, 1, e.frame().number, {}};
-      return;
-    }
-    const std::uint64_t fold = key ^ static_cast<std::uint64_t>(e.wkc) << 48U;
-    if (Repeat(kNoSlave, fold, e.frame()) != kNoFinding) return;
-    ReportDrop(e, {key, habit.wkc, e.wkc, habit.times, 1, habit.since, e.frame(), e.frame()});
-  }
-
-  /// A mailbox counts while a message lies in it, and one buffer if it was filled or emptied.
-  static bool CountsNowAndThen(const model::LogicalExpectation& expected) {
-    return std::any_of(expected.shares.begin(), expected.shares.end(), [](const model::LogicalShare& share) {
-      return share.mailbox_only || share.inputs_one_buffer || share.outputs_one_buffer;
-    });
-  }
-
-  /// A drop within the first frames of a habit. Which of both values is the right one shows only later: the lower one
-  /// lasts although no request explains it, or the counter returns to the higher one.
-  void FollowEarlyDrop(const track::LogicalAccess& e, Habit& habit) {
-    Drop& drop = early_[habit.key % early_.size()];
-    const bool open = drop.key == habit.key && drop.count > 0;
-    if (e.wkc > habit.wkc) {
-      const bool back = open && e.wkc == drop.before && habit.wkc == drop.wkc;
-      if (!back) drop = {};
-      habit = {habit.key, e.wkc, back ? drop.times + 1 : 1, back ? drop.since : e.frame().number, {}};
-      return;
-    }
-    // The share of inputs alone may be that of a mailbox, which counts only while a message lies in it.
-    const bool of_outputs =
-        e.command == wire::Command::LWR || (e.command == wire::Command::LRW && habit.wkc > e.wkc + 1);
-    const bool held = habit.times >= kTimesUntilRight && of_outputs;
-    drop = held ? Drop{habit.key, habit.wkc, e.wkc, habit.times, 1, habit.since, e.frame(), e.frame()} : Drop{};
-    habit = {habit.key, e.wkc, 1, e.frame().number, {}};
-  }
-
-  /// The counter stays the same.
-  void SettleEarlyDrop(const track::LogicalAccess& e, Habit& habit) {
-    Drop& drop = early_[habit.key % early_.size()];
-    if (drop.key != habit.key || drop.count == 0) return;
-    const bool lasts = habit.wkc == drop.wkc;
-    if (lasts) {
-      ++drop.count;
-      drop.last = e.frame();
-    }
-    if (habit.times < kTimesUntilHabit) return;
-    const std::uint64_t fold = drop.key ^ static_cast<std::uint64_t>(drop.wkc) << 48U;
-    if (Repeat(kNoSlave, fold, drop.first) == kNoFinding) ReportDrop(e, drop);
-    // The higher value is what the slaves count if all take part.
-    if (lasts) habit = {habit.key, drop.before, kTimesUntilHabit, drop.since, {}};
-    drop = {};
-  }
-
-  void ReportDrop(const track::LogicalAccess& e, const Drop& drop) {
-    Finding finding = Found(kDropped, kNoSlave, drop.first);
-    finding.last = drop.last;
-    finding.count = drop.count;
+  void ReportDrop(const track::LogicalAccess& e, const std::optional<Drop>& drop) {
+    if (!drop) return;
+    const std::uint64_t key = KeyOf(drop->key, drop->wkc);
+    if (Repeat(kNoSlave, key, drop->first) != kNoFinding) return;
+    Finding finding = Found(kDropped, kNoSlave, drop->first);
+    finding.last = drop->last;
+    finding.count = drop->count;
     finding.confidence = Confidence::kInferred;
     finding.Set("command", arg::Text(wire::Name(e.command)))
         .Set("length", arg::Count(e.length, "byte"))
         .Set("address", arg::Hex(e.address, 8))
-        .Set("working_counter", arg::Number(drop.wkc))
-        .Set("before", arg::Number(drop.before))
-        .Set("times", arg::Count(drop.times, "frame"))
-        .Set("since_frame", arg::Frame(drop.since));
-    AddRelated(finding, drop.since);
-    const FindingIndex index =
-        Report(drop.key ^ static_cast<std::uint64_t>(drop.wkc) << 48U, Severity::kWarning, std::move(finding));
-    if (drop.wkc == e.wkc) AddSubject(index, context().bus().Expect(e), e, drop.before);
+        .Set("working_counter", arg::Number(drop->wkc))
+        .Set("before", arg::Number(drop->before))
+        .Set("times", arg::Count(drop->times, "frame"))
+        .Set("since_frame", arg::Frame(drop->since));
+    AddRelated(finding, drop->since);
+    const FindingIndex index = Report(key, Severity::kWarning, std::move(finding));
+    if (drop->wkc == e.wkc) datagrams_.Add(index, context().bus().Expect(e), e, drop->before);
   }
 
   void EvaluateBroadcastRead(const track::Answered& e) {
@@ -801,60 +277,6 @@ class WkcMismatch final : public Rule {
         .Set("expected", arg::Number(*e.slaves_passed))
         .Set("passed", arg::Count(*e.slaves_passed, "slave"));
     Report(key, std::move(finding));
-  }
-
-  /// Accesses to a station address that no slave has: of registers that every ESC has. If the master assigned others
-  /// in the capture, of any register.
-  void AddUnanswered(const track::Answered& e) {
-    if (!IsConfigured(e.command) || e.slave != kNoSlave || e.wkc != 0) return;
-    if (assigned_ || EveryEscAnswers(e.address, e.length)) stations_.Add(e.adp, e);
-  }
-  static bool IsConfigured(wire::Command command) {
-    return command == wire::Command::FPRD || command == wire::Command::FPWR || command == wire::Command::FPRW;
-  }
-
-  /// A master that has set its bus up accesses the slaves that it has found, or that it is configured for.
-  void ReportNoSlave(StationAddress station, const UnansweredAddresses::Accesses& accesses) {
-    constexpr TimeNs kLong = 500'000'000, kLongAssigned = 1'000'000'000;
-    constexpr std::uint64_t kEnoughAssigned = 10;
-    const std::optional<TimeNs> lasted = accesses.Lasted();
-    if (!lasted || !answered_ || *lasted < (assigned_ ? kLongAssigned : kLong)) return;
-    if (assigned_ && accesses.count < kEnoughAssigned) return;
-    Finding finding = Found(kNoSlaveThere, kNoSlave, accesses.first);
-    finding.last = accesses.last;
-    if (!assigned_) finding.confidence = Confidence::kInferred;
-    finding.Set("working_counter", arg::Number(0))
-        .Set("expected", arg::Number(1))
-        .Set("station_address", arg::Hex(station))
-        .Set("register", arg::Hex(accesses.address))
-        .Set("accesses", arg::Count(accesses.count, "time"))
-        .Set("assigned", arg::Flag(assigned_));
-    const std::uint64_t key = 0x2000000000000000ULL | station;
-    Report(key, assigned_ ? Severity::kError : Severity::kWarning, std::move(finding));
-  }
-
-  /// A position after the last slave. The datagram itself counts the slaves that it passes.
-  void AddBeyondEnd(const track::Answered& e) {
-    constexpr std::uint16_t kMostPositions = 0x8000;  // above: slaves before the tap have counted already
-    const auto position = static_cast<std::uint16_t>(0x10000U - e.adp);
-    if (!e.sent.seen() || !e.slaves_passed || *e.slaves_passed == 0 || position >= kMostPositions) return;
-    if (position >= *e.slaves_passed) beyond_end_.Add(position, e);
-  }
-  void ReportBeyondEnd(std::uint32_t position, const UnansweredAddresses::Accesses& accesses) {
-    constexpr TimeNs kLong = 1'000'000'000, kPollsForNewSlaves = 250'000'000;
-    constexpr std::uint64_t kEnough = 10;
-    const std::optional<TimeNs> lasted = accesses.Lasted();
-    if (position < most_slaves_ || accesses.count < kEnough || !lasted || *lasted < kLong) return;
-    if (*lasted / static_cast<TimeNs>(accesses.count - 1) >= kPollsForNewSlaves) return;
-    Finding finding = Found(kNoSlaveAtPosition, kNoSlave, accesses.first);
-    finding.last = accesses.last;
-    finding.Set("working_counter", arg::Number(0))
-        .Set("position", arg::Number(position))
-        .Set("register", arg::Hex(accesses.address))
-        .Set("accesses", arg::Count(accesses.count, "time"))
-        .Set("slaves", arg::Count(most_slaves_, "slave"))
-        .Set("last_position", arg::Number(most_slaves_ - 1));
-    Report(0x1000000000000000ULL | position, Severity::kWarning, std::move(finding));
   }
 
   void EvaluateAddressedRead(const track::Answered& e) {
@@ -878,105 +300,16 @@ class WkcMismatch final : public Rule {
     Report(key, std::move(finding));
   }
 
-  /// Registers that no ESC lacks and that can always be read: type to features, station address, DL and AL status.
-  static bool EveryEscAnswers(EscAddress address, std::uint16_t length) {
-    return length > 0 && (address < 0x000A || address == 0x0010 || address == 0x0110 || address == kLastAlwaysThere);
-  }
-
-  /// What each slave counts: "slave 1 (0x1002) 3".
-  [[nodiscard]] Value SharesOf(const model::LogicalExpectation& expected, wire::Command command) const {
-    std::vector<Value> shares;
-    for (const model::LogicalShare& share : expected.shares) {
-      shares.push_back(arg::Text(context().Label(share.slave) + " " + std::to_string(model::WorthOf(share, command))));
-    }
-    return Named(std::move(shares));
-  }
-
-  /// The first of them, and the number of the others.
-  static Value Named(std::vector<Value> values) {
-    constexpr std::size_t kNamed = 6;
-    if (values.size() > kNamed) {
-      const std::size_t others = values.size() - kNamed;
-      values.resize(kNamed);
-      values.push_back(arg::Count(others, "other"));
-    }
-    return arg::List(std::move(values));
-  }
-
-  /// Why the expected working counter is a range although all slaves are in OP.
-  void AddOneBuffers(Finding& finding, const model::LogicalExpectation& expected, bool inputs) const {
-    std::vector<Value> managers;
-    for (const model::LogicalShare& share : expected.shares) {
-      if (!context().slave(share.slave).al.SettledIn(esc::AlState::OP)) continue;
-      const std::optional<std::uint8_t> mailbox = share.mailbox_only ? share.input_manager : std::nullopt;
-      const std::optional<std::uint8_t> manager = !inputs                   ? share.outputs_one_buffer
-                                                  : share.inputs_one_buffer ? share.inputs_one_buffer
-                                                                            : mailbox;
-      if (!manager) continue;
-      managers.push_back(arg::Text("SM" + std::to_string(*manager) + " of " + context().Label(share.slave)));
-    }
-    if (managers.empty()) return;
-    Arguments arguments{{"several", arg::Flag(managers.size() > 1)}, {"inputs", arg::Flag(inputs)}};
-    arguments.Set("managers", Named(std::move(managers)));
-    finding.Add(kOneBuffer, std::move(arguments));
-  }
-
-  /// The slave whose share is exactly what is missing, when only one is.
-  [[nodiscard]] SlaveId OnlyCandidate(const model::LogicalExpectation& expected, const track::LogicalAccess& e,
-                                      const model::CounterRange& range) const {
-    if (e.wkc >= range.most) return kNoSlave;
-    const int missing = range.most - e.wkc;
-    SlaveId found = kNoSlave;
-    for (const model::LogicalShare& share : expected.shares) {
-      const int worth = model::WorthOf(share, e.command);
-      const bool fits =
-          worth == missing || (e.command == wire::Command::LRW && share.inputs && share.outputs && missing < worth);
-      if (!fits) continue;
-      if (found != kNoSlave) return kNoSlave;
-      found = share.slave;
-    }
-    return found;
-  }
-
-  /// One is what a slave counts for inputs; for outputs it counts two.
-  static bool AreInputs(const track::LogicalAccess& e, int missing) {
-    return e.command == wire::Command::LRW && missing == 1;
-  }
-
-  [[nodiscard]] Note HintOf(const model::LogicalExpectation& expected, const track::LogicalAccess& e,
-                            const model::CounterRange& range) const {
-    if (e.wkc > range.most) return {&kMoreCounted, {}};
-    const int missing = range.most - e.wkc;
-    const SlaveId one = OnlyCandidate(expected, e, range);
-    if (one == kNoSlave) {
-      Note note{&kSeveralFit, {{"difference", arg::Number(missing)}}};
-      if (AreInputs(e, missing)) note.arguments.Set("inputs", arg::Flag());
-      return note;
-    }
-    for (const model::LogicalShare& share : expected.shares) {
-      if (share.slave != one || model::WorthOf(share, e.command) == missing) continue;
-      Note note{missing == 2 ? &kOutputsMissing : &kInputsMissing, {{"slave", SlaveValue(one)}}};
-      const std::optional<std::uint8_t> manager = missing == 2 ? share.output_manager : share.input_manager;
-      if (manager) note.arguments.Set("sync_manager", arg::Number(*manager));
-      return note;
-    }
-    return {&kShareMissing, {{"slave", SlaveValue(one)}}};
-  }
-
-  std::vector<Episode> episodes_;
-  std::vector<Subject> subjects_;
+  Episodes episodes_;
+  Datagrams datagrams_;
+  CounterHabits habits_;
+  MissingSlaves missing_;
   std::vector<FrameNo> last_answers_;  ///< of each slave, at its station address
-  std::array<Habit, 32> habits_{};
-  std::array<Drop, 32> early_{};  // not settled yet
   bool unknown_reported_ = false;
   bool more_reported_ = false;
   std::uint64_t mapped_version_ = 0;
   bool any_mapped_ = false;
-  UnansweredAddresses stations_, beyond_end_;
-  std::uint16_t most_slaves_ = 0;  ///< at any time
-  bool answered_ = false;          ///< some slave answered
-  bool assigned_ = false;          ///< station addresses were assigned in the capture
-  bool numbering_ = false;         ///< station addresses were assigned and not used yet
+  bool numbering_ = false;  ///< station addresses were assigned and not used yet
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<WkcMismatch>};

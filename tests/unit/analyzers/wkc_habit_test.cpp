@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "analyzers/analysis.h"
+#include "analyzers/judge/wkc/evidence.h"
+#include "tests/support/evidence_rows.h"
 #include "tests/support/trace_builder.h"
 
 namespace ecaudit::test {
@@ -56,6 +58,24 @@ TEST(WkcHabit, StateRequestEndsTheHabit) {
   trace.After(1000).Fpwr(0x1001, 0x0120, {4, 0});
   for (int i = 0; i < 3; ++i) trace.After(1000).Lrw(0x10000, {1, 0, 2, 0}, {1, 7, 2, 0}).Wkc(4);
   EXPECT_EQ(Mismatch(Analyse(*trace.Source(), {})), nullptr);
+}
+
+// A slave counts 1 for a read, and 1 (LWR) or 2 (LRW) for a write (ETG1000.4): what all known ones count is the least,
+// and if all are known the most.
+TEST(WkcEvidence, CountersRowByRow) {
+  using F = wkc::CounterFact;
+  using V = wkc::CounterVerdict;
+  ExpectRows<F, V>(wkc::kCounters, {
+                                       {{F::kAbove, F::kSetUpMissed}, V::kByHabit},
+                                       {{F::kBelow}, V::kByHabit},
+                                       {{F::kAllKnown, F::kAbove, F::kOneValue, F::kSetUpMissed}, V::kNotEvaluable},
+                                       {{F::kAllKnown}, V::kByHabitOfAll},
+                                       {{F::kAllKnown, F::kOneValue}, V::kFits},
+                                       {{F::kAllKnown, F::kBelow, F::kOneValue}, V::kMismatch},
+                                   });
+  EXPECT_EQ(Decide(wkc::kCounters, Facts<F>{F::kBelow, F::kHeld}), V::kMismatch) << "known slaves have counted";
+  EXPECT_EQ(Decide(wkc::kCounters, Facts<F>{F::kAllKnown, F::kAbove}), V::kMismatch);
+  ExpectEachConditionDecides(wkc::kCounters, F::kSetUpMissed);
 }
 
 }  // namespace
