@@ -179,7 +179,7 @@ class AxisWatch {
   const device::DriveProfile* drive_ = nullptr;
   std::uint16_t reserved_control_mask_ = 0;
   Reserved reserved_control_;
-  std::uint16_t state_bits_ = 0;              ///< bits of the status word that tell states apart
+  std::uint16_t state_bits_ = 0;              ///< bits of the status word by which states differ
   bool state_known_ = false;                  ///< now_.state is that of now_.status, by this drive_
   std::uint16_t level_mask_ = 0, level_ = 0;  ///< bits of the status word that the manual binds to a level
   Reserved odd_status_;

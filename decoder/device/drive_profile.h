@@ -182,7 +182,7 @@ struct DriveProfile {
 
   /// The state a status word shows; nothing when it fits no pattern.
   [[nodiscard]] std::optional<DriveState> StateOf(std::uint16_t status_word) const;
-  /// The bits of the status word that tell states apart.
+  /// The bits of the status word by which states differ.
   [[nodiscard]] std::uint16_t StateBits() const;
   /// Null where the manual does not describe it.
   [[nodiscard]] const DriveStateRow* FindState(DriveState state) const;
