@@ -103,7 +103,7 @@ struct AxisView {
   bool zero_by_sdo = false;      ///< it is not in the outputs: its value was written or read by SDO
   std::uint16_t switches = 0;    ///< 60FDh bits 0 and 1, where it is mapped
 
-  AxisMoment before;                  ///< this step; its frame is not seen() where there was none
+  AxisMoment before;                  ///< of the step before; frame not seen(): there was none
   std::optional<AxisMoment> earlier;  ///< some 50 ms before
 
   InOp in_op = InOp::kUnknown;

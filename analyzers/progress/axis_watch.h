@@ -141,7 +141,7 @@ class AxisWatch {
     FrameNo frame = 0;
     std::uint64_t part = 0;
     bool forgotten = true;  ///< since then
-    /// The last of cycles that were alike is handled once more.
+    /// An older frame that came late, or the one that was taken last.
     [[nodiscard]] bool IsLate(std::uint64_t of_part, const FrameRef& of) const {
       return of.number < frame || (of.number == frame && part == of_part);
     }

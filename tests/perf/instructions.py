@@ -36,7 +36,9 @@ def costs(program: Path, capture: Path, inclusive: bool) -> dict[str, int]:
         if row is None:
             continue
         name = NAMES.sub("", row[2])
-        found[name] = found.get(name, 0) + int(row[1].replace(",", ""))
+        cost = int(row[1].replace(",", ""))
+        # What one function calls is counted in each of its callers: a sum would count it twice.
+        found[name] = max(found.get(name, 0), cost) if inclusive else found.get(name, 0) + cost
     return found
 
 
