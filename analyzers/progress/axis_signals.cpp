@@ -81,11 +81,15 @@ AxisPlaces::AxisPlaces(const model::ImagePart& part) {
       return other.axis == role->first && other.role == role->second;
     });
     if (taken) continue;
+    const auto shift = static_cast<std::uint8_t>(place.bit % 8);
     places_.push_back({.axis = role->first,
                        .role = role->second,
                        .has_sign = IsSigned(role->second),
+                       .in_word = shift + place.bits <= 64,
+                       .shift = shift,
                        .bits = place.bits,
-                       .bit = place.bit,
+                       .byte = place.bit / 8,
+                       .mask = ~std::uint64_t{0} >> (64U - place.bits),
                        .end = std::uint64_t{place.bit} + place.bits});
   }
   std::stable_sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) { return a.axis < b.axis; });

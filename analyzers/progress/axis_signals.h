@@ -49,6 +49,31 @@ inline constexpr std::array kLimitRoles{
     Role::kMaxTorque,    Role::kPositiveTorque, Role::kNegativeTorque, Role::kMaxVelocity, Role::kMaxMotorSpeed,
     Role::kProfileSpeed, Role::kAcceleration,   Role::kHomingMethod,   Role::kHomingSpeed, Role::kHomingAcceleration};
 
+/// Some of them.
+class RoleSet {
+ public:
+  constexpr RoleSet() = default;
+  constexpr explicit RoleSet(std::span<const Role> roles) {
+    for (const Role role : roles) Add(role);
+  }
+  [[nodiscard]] constexpr bool has(Role role) const { return (bits_ & Bit(role)) != 0; }
+  [[nodiscard]] constexpr bool HasOneOf(RoleSet others) const { return (bits_ & others.bits_) != 0; }
+  [[nodiscard]] constexpr bool empty() const { return bits_ == 0; }
+  constexpr void Add(Role role) { bits_ |= Bit(role); }
+  constexpr void Remove(Role role) { bits_ &= ~Bit(role); }
+  [[nodiscard]] constexpr RoleSet And(RoleSet others) const {
+    RoleSet both;
+    both.bits_ = bits_ & others.bits_;
+    return both;
+  }
+
+ private:
+  static_assert(kRoles <= 32);
+  [[nodiscard]] static constexpr std::uint32_t Bit(Role role) { return 1U << static_cast<unsigned>(role); }
+
+  std::uint32_t bits_ = 0;
+};
+
 /// The object of the first axis that has this role.
 [[nodiscard]] std::uint16_t ObjectOf(Role role);
 /// The subindex of the first role that this object of the first axis has; 0 where it has none.
@@ -60,18 +85,21 @@ class AxisValues {
   [[nodiscard]] std::optional<std::int64_t> operator[](Role role) const {
     return has(role) ? std::optional(values_[static_cast<std::size_t>(role)]) : std::nullopt;
   }
-  [[nodiscard]] bool has(Role role) const { return (mapped_ & Bit(role)) != 0; }
+  [[nodiscard]] bool has(Role role) const { return mapped_.has(role); }
   /// Another value than when all were taken last.
-  [[nodiscard]] bool changed(Role role) const { return (changed_ & Bit(role)) != 0; }
-  [[nodiscard]] bool changed() const { return changed_ != 0; }
+  [[nodiscard]] bool changed(Role role) const { return changed_.has(role); }
+  [[nodiscard]] bool changed() const { return !changed_.empty(); }
+  [[nodiscard]] RoleSet mapped() const { return mapped_; }
+  /// Those that changed and are mapped.
+  [[nodiscard]] RoleSet news() const { return changed_.And(mapped_); }
   void Set(Role role, std::int64_t value) {
     std::int64_t& known = values_[static_cast<std::size_t>(role)];
     if (has(role) && known == value) return;
     known = value;
-    mapped_ |= Bit(role);
-    changed_ |= Bit(role);
+    mapped_.Add(role);
+    changed_.Add(role);
   }
-  void Unset(Role role) { mapped_ &= ~Bit(role); }
+  void Unset(Role role) { mapped_.Remove(role); }
   void Merge(const AxisValues& other) {
     for (std::size_t i = 0; i < kRoles; ++i) {
       if (const auto role = static_cast<Role>(i); other.has(role)) Set(role, other.values_[i]);
@@ -79,14 +107,10 @@ class AxisValues {
   }
   /// What is known from them may be another by now, or was forgotten.
   void TakeAgain() { changed_ = mapped_; }
-  void Taken() { changed_ = 0; }
+  void Taken() { changed_ = {}; }
 
  private:
-  static_assert(kRoles <= 32);
-  [[nodiscard]] static constexpr std::uint32_t Bit(Role role) { return 1U << static_cast<unsigned>(role); }
-
-  std::uint32_t mapped_ = 0;
-  std::uint32_t changed_ = 0;
+  RoleSet mapped_, changed_;
   std::array<std::int64_t, kRoles> values_{};  ///< of those that are mapped
 };
 
@@ -114,17 +138,22 @@ class AxisPlaces {
   [[nodiscard]] std::span<const Axis> axes() const { return axes_; }
   /// Sets the values of an axis as `data` has them; only those that are others than in the data before.
   void Read(const Axis& axis, ByteSpan data, AxisValues& values) {
-    for (Place& place : std::span(places_).subspan(axis.first, axis.count)) {
-      if (place.end > std::uint64_t{data.size()} * 8) {
-        values.Unset(place.role);
-        place.known = false;
+    Place* const end = places_.data() + axis.first + axis.count;
+    for (Place* place = places_.data() + axis.first; place != end; ++place) {
+      // Nearly all of them, of every axis in every cycle.
+      const bool at_once = place->in_word && Fits(data, place->byte, sizeof(std::uint64_t));
+      if (!at_once && place->end > std::uint64_t{data.size()} * 8) {
+        values.Unset(place->role);
+        place->known = false;
         continue;
       }
-      const std::uint64_t raw = model::ExtractBits(data, place.bit, place.bits);
-      if (place.known && place.raw == raw) continue;
-      place.known = true;
-      place.raw = raw;
-      values.Set(place.role, place.has_sign ? SignExtend(raw, place.bits) : static_cast<std::int64_t>(raw));
+      const std::uint64_t raw =
+          at_once ? LoadLittleEndian<std::uint64_t>(data.data() + place->byte) >> place->shift & place->mask
+                  : model::ExtractBits(data, std::uint64_t{place->byte} * 8 + place->shift, place->bits);
+      if (place->raw == raw && place->known) continue;
+      place->known = true;
+      place->raw = raw;
+      values.Set(place->role, place->has_sign ? SignExtend(raw, place->bits) : static_cast<std::int64_t>(raw));
     }
   }
 
@@ -133,8 +162,11 @@ class AxisPlaces {
     std::uint8_t axis = 0;
     Role role = Role::kControl;
     bool has_sign = false;
+    bool in_word = false;     ///< in the eight bytes from `byte` on
+    std::uint8_t shift = 0;   ///< its first bit there
     std::uint16_t bits = 0;
-    std::uint32_t bit = 0;
+    std::uint32_t byte = 0;
+    std::uint64_t mask = 0;
     std::uint64_t end = 0;  ///< the bit after it
     // In the data before.
     bool known = false;

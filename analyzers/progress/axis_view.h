@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <optional>
 
@@ -14,6 +15,19 @@ namespace ecaudit::progress {
 
 /// Whether the slave is in OP, where the drive acts on its control word.
 enum class InOp : std::uint8_t { kUnknown, kNo, kYes };
+
+/// What the AL side of the slave means for its drive.
+struct SlaveSide {
+  InOp in_op = InOp::kUnknown;
+  bool op_requested = false;  ///< in this run
+  bool leaving = false;       ///< what the master requested last is a state below OP
+  bool began = false;         ///< this run was seen from before OP on
+
+  /// As one number: of each part of the process image in each cycle.
+  friend bool operator==(const SlaveSide& a, const SlaveSide& b) {
+    return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
+  }
+};
 
 struct SoftwareLimits {
   std::optional<std::int64_t> least, most;  ///< 607Dh:1, 607Dh:2
@@ -72,7 +86,7 @@ inline constexpr std::int8_t kCyclicTorque = 10;
   }
 }
 
-struct AxisView {
+struct AxisView : SlaveSide {
   FrameRef frame;  ///< of the newest value
 
   std::optional<std::uint16_t> control;  ///< as the master sent it last
@@ -89,6 +103,7 @@ struct AxisView {
   unsigned homing_bit = 4;         ///< of the control word: its rising edge starts homing
   FrameRef state_since;
 
+  // FindMode() is due where one of the next four is set.
   std::optional<std::int8_t> mode_by_sdo;   ///< 6060h as a download wrote it last
   std::optional<std::int8_t> mode_mapped;   ///< 6060h in the process data
   std::optional<std::int8_t> mode_shown;    ///< 6061h
@@ -106,11 +121,7 @@ struct AxisView {
   AxisMoment before;                  ///< of the step before; frame not seen(): there was none
   std::optional<AxisMoment> earlier;  ///< some 50 ms before
 
-  InOp in_op = InOp::kUnknown;
-  bool op_requested = false;  ///< in this run
-  bool leaving = false;       ///< what the master requested last is a state below OP
-  bool began = false;         ///< this run was seen from before OP on
-
+  [[nodiscard]] SlaveSide& side() { return *this; }
   [[nodiscard]] bool enabled() const { return state == device::DriveState::kOperationEnabled; }
   [[nodiscard]] bool Control(unsigned bit) const { return control && (*control >> bit & 1U) != 0; }
   [[nodiscard]] bool Status(unsigned bit) const { return status && (*status >> bit & 1U) != 0; }
@@ -125,10 +136,14 @@ struct AxisView {
     return mode_mapped.value_or(0) != 0 ? mode_mapped : mode_by_sdo;
   }
   /// The mode that the drive works in; nothing where neither 6061h nor 6060h reports it.
-  [[nodiscard]] std::optional<std::int8_t> mode() const {
-    if (mode_shown) return mode_shown;
-    if (mode_asked() || mode_mapped) return mode_asked() ? mode_asked() : mode_mapped;
-    return mode_assumed;
+  [[nodiscard]] const std::optional<std::int8_t>& mode() const { return mode_; }
+  void FindMode() {
+    mode_ = mode_shown    ? mode_shown
+            : mode_asked() ? mode_asked()
+            : mode_mapped  ? mode_mapped
+                           : mode_assumed;
+    quantity_ = mode_ ? QuantityOf(*mode_) : Quantity::kNone;
+    if (quantity_ == Quantity::kNone) quantity_ = Quantity::kPosition;
   }
   [[nodiscard]] const std::optional<std::int64_t>& Target(Quantity quantity) const {
     return target[static_cast<std::size_t>(quantity) - 1];
@@ -138,12 +153,7 @@ struct AxisView {
   }
   /// The values of now that matter most.
   [[nodiscard]] AxisMoment Moment() const {
-    const std::optional<std::int8_t> works = mode();
-    AxisMoment moment{frame, control, status, works, works ? QuantityOf(*works) : Quantity::kNone, {}, {}};
-    if (moment.quantity == Quantity::kNone) moment.quantity = Quantity::kPosition;
-    moment.target = Target(moment.quantity);
-    moment.actual = Actual(moment.quantity);
-    return moment;
+    return {frame, control, status, mode_, quantity_, Target(quantity_), Actual(quantity_)};
   }
   [[nodiscard]] AxisLead Lead() const {
     const bool other = earlier && earlier->frame.number != before.frame.number;
@@ -162,6 +172,10 @@ struct AxisView {
     record.mode = mode();
     return record;
   }
+
+ private:
+  std::optional<std::int8_t> mode_;
+  Quantity quantity_ = Quantity::kPosition;  ///< of Moment()
 };
 
 [[nodiscard]] constexpr bool IsFault(std::optional<device::DriveState> state) {

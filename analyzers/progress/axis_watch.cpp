@@ -1,5 +1,7 @@
 #include "analyzers/progress/axis_watch.h"
 
+#include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace ecaudit::progress {
@@ -9,6 +11,7 @@ using device::DriveState;
 
 // In the order of Quantity.
 constexpr std::array kTargets{Role::kTargetPosition, Role::kTargetVelocity, Role::kTargetTorque, Role::kTargetSpeed};
+constexpr RoleSet kLimits{kLimitRoles};
 constexpr std::array kActuals{Role::kPosition, Role::kVelocity, Role::kTorque, Role::kSpeed};
 /// The process data must show the same 6061h for this long before the answer by SDO ...
 constexpr TimeNs kSettledNs = 100'000'000;
@@ -29,7 +32,7 @@ static_assert(kTargets.size() == kQuantityCount && kActuals.size() == kQuantityC
 void AxisWatch::SetDrive(const device::DriveProfile* drive) {
   if (drive_ == drive) return;
   drive_ = drive;
-  reserved_control_mask_ = level_mask_ = level_ = state_bits_ = 0;
+  reserved_control_mask_ = level_mask_ = level_ = state_bits_ = status_bits_ = 0;
   state_known_ = false;
   now_.error_bit_differs = false;
   now_.homing_bit = kStartBit;
@@ -47,6 +50,7 @@ void AxisWatch::SetDrive(const device::DriveProfile* drive) {
     level_mask_ = static_cast<std::uint16_t>(level_mask_ | 1U << bit.bit);
     if (*bit.level != 0) level_ = static_cast<std::uint16_t>(level_ | 1U << bit.bit);
   }
+  status_bits_ = static_cast<std::uint16_t>(state_bits_ | level_mask_ | 1U << kVoltageBit);
 }
 
 void AxisWatch::NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16_t word, const FrameRef& frame) {
@@ -68,14 +72,9 @@ void AxisWatch::NoteReservedOfMode(std::uint16_t word, const FrameRef& frame) {
 }
 
 void AxisWatch::Side(const SlaveSide& slave) {
-  if (now_.in_op != slave.in_op || now_.op_requested != slave.op_requested || now_.began != slave.began ||
-      now_.leaving != slave.leaving) {
-    words_changed_ = way_changed_ = true;
-  }
-  now_.in_op = slave.in_op;
-  now_.op_requested = slave.op_requested;
-  now_.began = slave.began;
-  now_.leaving = slave.leaving;
+  if (now_.side() == slave) return;
+  words_changed_ = way_changed_ = true;
+  now_.side() = slave;
 }
 
 AxisWatch::Checks& AxisWatch::GetChecks() {
@@ -88,21 +87,21 @@ const AxisWatch::Checks& AxisWatch::OfChecks() const {
   return checks_ != nullptr ? *checks_ : kNone;
 }
 
-std::optional<AxisWatch::Look> AxisWatch::LookAt(Newest& newest, std::uint64_t part, const FrameRef& frame) {
+inline AxisWatch::Look AxisWatch::LookAt(Newest& newest, std::uint64_t part, const FrameRef& frame) {
   if (frame.number == newest.frame && part != newest.part && collected_ == nullptr) {
     collected_ = std::make_unique<Collected>();
   }
   // Another part may have brought other values of the same objects.
   const bool all = newest.forgotten || part != newest.part;
   newest = {frame.number, part, false};
-  if (collected_ != nullptr) return std::nullopt;
+  if (collected_ != nullptr) return Look::kLater;
   return all ? Look::kAll : Look::kChanged;
 }
 
 bool AxisWatch::OnOutputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave) {
   if (newest_outputs_.IsLate(part, frame)) return false;
-  if (const auto look = LookAt(newest_outputs_, part, frame)) {
-    TakeOutputs(values, *look, frame, slave);
+  if (const Look look = LookAt(newest_outputs_, part, frame); look != Look::kLater) {
+    TakeOutputs(values, look, frame, slave);
     return true;
   }
   if (collected_->outputs_frame.seen() && collected_->outputs_frame.number != frame.number) TakeCollected();
@@ -114,8 +113,8 @@ bool AxisWatch::OnOutputs(const AxisValues& values, std::uint64_t part, const Fr
 
 bool AxisWatch::OnInputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave) {
   if (newest_inputs_.IsLate(part, frame)) return false;
-  if (const auto look = LookAt(newest_inputs_, part, frame)) {
-    TakeInputs(values, *look, frame, slave);
+  if (const Look look = LookAt(newest_inputs_, part, frame); look != Look::kLater) {
+    TakeInputs(values, look, frame, slave);
     return true;
   }
   if (collected_->inputs_frame.seen() && collected_->inputs_frame.number != frame.number) TakeCollected();
@@ -149,14 +148,15 @@ void AxisWatch::TakeOutputs(const AxisValues& values, Look look, const FrameRef&
     if (terminal_ && !now_.mode_assumed) AssumeMode(values);
     if (all || terminal_ || values.changed(Role::kMode) || values.changed(Role::kModeShown)) TakeModes(values, frame);
     if (now_.control && now_.control != before) NoteReservedOfMode(*now_.control, frame);
+    const RoleSet news = all ? values.mapped() : values.news();
     for (std::size_t i = 0; i < kTargets.size(); ++i) {
+      if (!news.has(kTargets[i])) continue;
       const std::optional<std::int64_t> target = values[kTargets[i]];
-      if (!target) continue;
       outputs_changed_ = outputs_changed_ || now_.target[i] != target;
       now_.target[i] = target;
       now_.target_mapped[i] = true;
     }
-    TakeLimits(values);
+    if (news.HasOneOf(kLimits)) TakeLimits(values);
   }
   outputs_changed_ = outputs_changed_ || words_changed_;
   if (now_.control_changed || now_.control_first || !status_mapped_) Step(frame);
@@ -201,8 +201,9 @@ void AxisWatch::TakeInputs(const AxisValues& values, Look look, const FrameRef& 
       now_.switches = static_cast<std::uint16_t>(*inputs & (kNegativeSwitch | kPositiveSwitch));
     }
     if (const auto code = values[Role::kErrorCode]) error_code_ = static_cast<std::uint16_t>(*code);
+    const RoleSet news = all ? values.mapped() : values.news();
     for (std::size_t i = 0; i < kActuals.size(); ++i) {
-      if (values.has(kActuals[i])) now_.actual[i] = values[kActuals[i]];
+      if (news.has(kActuals[i])) now_.actual[i] = values[kActuals[i]];
     }
   }
   if (shifted_ != nullptr && values.has(Role::kModeShown)) ConfirmShown(frame);
@@ -232,6 +233,7 @@ void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameR
     case Role::kMode:
       if (!download) return;
       now_.mode_by_sdo = static_cast<std::int8_t>(value);
+      now_.FindMode();
       words_changed_ = way_changed_ = true;
       return;
     case Role::kModeShown:
@@ -300,6 +302,8 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   const auto value = static_cast<std::uint16_t>(word);
   // Drives are known that toggle a bit in each cycle.
   const std::uint16_t changed = now_.status ? *now_.status ^ value : 0xFFFF;
+  // 0 may mean that no inputs were valid yet.
+  const bool same = state_known_ && !words_changed_ && (changed & status_bits_) == 0 && value != 0 && value != changed;
   if (changed != 0) {
     words_changed_ = true;
     // The others show nothing of the way to Operation enabled.
@@ -307,11 +311,10 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   }
   now_.status = value;
   seen_in_op_ = seen_in_op_ || now_.in_op == InOp::kYes;
-  if (drive_ == nullptr) return;
+  if (drive_ == nullptr || same) return;
   if ((changed & state_bits_) != 0 || !state_known_) now_.state = drive_->StateOf(value);
   state_known_ = true;
   if (!now_.state) return;
-  // 0 may mean that no inputs were valid yet.
   if (now_.in_op == InOp::kYes && *now_.status != 0 && odd_status_.bits == 0) {
     const auto odd = static_cast<std::uint16_t>((*now_.status ^ level_) & level_mask_);
     if (odd != 0) odd_status_ = {odd, *now_.status, frame, std::nullopt};
@@ -328,7 +331,7 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   }
   if (IsFault(now_.state)) {
     without_fault_.End(frame);
-  } else if (*now_.status != 0) {  // which may mean that no inputs were valid yet
+  } else if (*now_.status != 0) {
     without_fault_.Begin(frame);
   }
   if (now_.Status(kVoltageBit)) {
@@ -361,6 +364,7 @@ void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {
     if (now_.mode_shown != shown) shown_since_ = frame;
     now_.mode_shown = shown;
   }
+  now_.FindMode();
   if (now_.mode() != before) {
     now_.mode_since = frame;
     now_.mode_seen_to_change = before.has_value();
@@ -383,6 +387,7 @@ void AxisWatch::AssumeMode(const AxisValues& values) {
     only = kModes[i];
   }
   now_.mode_assumed = only;
+  now_.FindMode();
 }
 
 void AxisWatch::Step(const FrameRef& frame) {
@@ -392,7 +397,7 @@ void AxisWatch::Step(const FrameRef& frame) {
   if (drive_ != nullptr && seen()) {
     Checks& checks = GetChecks();
     if (way_changed_ || checks.enable.active()) checks.enable.Step(now_, records_);
-    if (way_changed_ || checks.command.active() || !checks.command.settled()) {
+    if (way_changed_ || !checks.command.settled() || checks.command.active()) {
       checks.command.Step(now_, records_);
     } else {
       checks.command.GoesOn(now_);
@@ -425,6 +430,10 @@ void AxisWatch::Resume() {
 void AxisWatch::Remember() {
   now_.before = now_.Moment();
   if (!now_.frame.has_time) return;
+  if (recent_.empty() || now_.frame.time >= recent_stays_until_) RememberForLong();
+}
+
+void AxisWatch::RememberForLong() {
   const auto age = [&](const AxisMoment& old) { return Elapsed(old.frame.time, now_.frame.time); };
   const bool due = recent_.empty() || age(recent_.back()) >= kLeadNs / kLeadSteps;
   if (due) recent_.push_back(now_.before);
@@ -432,6 +441,12 @@ void AxisWatch::Remember() {
   const bool over = recent_.size() > 1 && age(recent_[1]) >= kLeadNs;
   while (recent_.size() > 1 && age(recent_[1]) >= kLeadNs) recent_.erase(recent_.begin());
   if (due || over) now_.earlier = recent_.front();
+  const auto later = [](const AxisMoment& old, TimeNs by) {
+    TimeNs sum = 0;
+    return __builtin_add_overflow(old.frame.time, by, &sum) ? std::numeric_limits<TimeNs>::max() : sum;
+  };
+  recent_stays_until_ = later(recent_.back(), kLeadNs / kLeadSteps);
+  if (recent_.size() > 1) recent_stays_until_ = std::min(recent_stays_until_, later(recent_[1], kLeadNs));
 }
 
 void AxisWatch::ForgetAtGap() {

@@ -32,16 +32,6 @@ struct Span {
   [[nodiscard]] bool holds() const { return since.seen() && !lost.seen(); }
 };
 
-/// What the AL side of the slave means for its drive.
-struct SlaveSide {
-  InOp in_op = InOp::kUnknown;
-  bool op_requested = false;
-  bool began = false;
-  bool leaving = false;  ///< what the master requested last is a state below OP
-
-  friend bool operator==(const SlaveSide&, const SlaveSide&) = default;
-};
-
 class AxisWatch {
  public:
   void SetDrive(const device::DriveProfile* drive);
@@ -146,11 +136,11 @@ class AxisWatch {
       return of.number < frame || (of.number == frame && part == of_part);
     }
   };
-  /// Which values are looked at: those that changed since the frame before, or all of them.
-  enum class Look : std::uint8_t { kChanged, kAll };
+  /// Which values are looked at: those that changed since the frame before, or all of them; or they wait for those of
+  /// other parts.
+  enum class Look : std::uint8_t { kChanged, kAll, kLater };
 
-  /// Nothing, where the values wait for those of other parts.
-  [[nodiscard]] std::optional<Look> LookAt(Newest& newest, std::uint64_t part, const FrameRef& frame);
+  [[nodiscard]] Look LookAt(Newest& newest, std::uint64_t part, const FrameRef& frame);
   void TakeCollected();
   void TakeOutputs(const AxisValues& values, Look look, const FrameRef& frame, const SlaveSide& slave);
   void TakeInputs(const AxisValues& values, Look look, const FrameRef& frame, const SlaveSide& slave);
@@ -170,8 +160,10 @@ class AxisWatch {
   void AssumeMode(const AxisValues& values);
   void Step(const FrameRef& frame);
   void Resume();
-  /// Keeps the values of now for the steps that follow.
+  /// Keeps the values of now for the steps that follow ...
   void Remember();
+  /// ... and for some time.
+  void RememberForLong();
 
   void NoteReservedOfMode(std::uint16_t word, const FrameRef& frame);
   static void NoteReserved(Reserved& reserved, std::uint16_t mask, std::uint16_t word, const FrameRef& frame);
@@ -182,6 +174,7 @@ class AxisWatch {
   std::uint16_t state_bits_ = 0;              ///< bits of the status word by which states differ
   bool state_known_ = false;                  ///< now_.state is that of now_.status, by this drive_
   std::uint16_t level_mask_ = 0, level_ = 0;  ///< bits of the status word that the manual binds to a level
+  std::uint16_t status_bits_ = 0;             ///< all bits of it that this class looks at
   Reserved odd_status_;
   AxisView now_;
   bool terminal_ = false;
@@ -202,6 +195,7 @@ class AxisWatch {
   FrameNo status_frame_ = 0;
   Span without_fault_, voltage_, enabled_, mode_;
   std::vector<AxisMoment> recent_;                    ///< some of the last 50 ms, oldest first
+  TimeNs recent_stays_until_ = 0;                     ///< the next time at which recent_ becomes another; empty: at once
   std::vector<std::pair<FrameNo, AxisLead>> faults_;  ///< the first ones
   std::unique_ptr<Checks> checks_;                    ///< null before the first word
   AxisRecords records_;

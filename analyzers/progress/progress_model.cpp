@@ -24,7 +24,7 @@ const AxisWatch* ProgressModel::axis(SlaveId slave, std::uint8_t axis) const {
   return found != axes_.end() && found->second.seen() ? &found->second : nullptr;
 }
 
-ProgressModel::Slave& ProgressModel::Get(SlaveId slave) {
+SlaveSide& ProgressModel::Get(SlaveId slave) {
   if (slaves_.size() <= slave) slaves_.resize(std::size_t{slave} + 1);
   return slaves_[slave];
 }
@@ -41,26 +41,29 @@ AxisWatch* ProgressModel::Watch(SlaveId slave, std::uint8_t axis) {
   return &found->second;
 }
 
-SlaveSide ProgressModel::SideOf(SlaveId slave, const model::AlMachine& al) const {
+namespace {
+
+[[gnu::noinline]] InOp MayBeInOp(const model::AlMachine& al) {
+  const model::StateSet possible = al.possible();
+  const bool may = possible.empty() || possible.contains(static_cast<std::uint8_t>(esc::AlState::OP));
+  return may ? InOp::kUnknown : InOp::kNo;
+}
+
+}  // namespace
+
+inline SlaveSide ProgressModel::SideOf(SlaveId slave, const model::AlMachine& al) const {
   SlaveSide side;
-  if (al.SettledIn(esc::AlState::OP)) {
-    side.in_op = InOp::kYes;
-  } else {
-    const model::StateSet possible = al.possible();
-    const bool may = possible.empty() || possible.contains(static_cast<std::uint8_t>(esc::AlState::OP));
-    side.in_op = may ? InOp::kUnknown : InOp::kNo;
-  }
-  if (slave < slaves_.size()) {
-    side.op_requested = slaves_[slave].op_requested;
-    side.began = slaves_[slave].began;
-    side.leaving = slaves_[slave].leaving;
-  }
+  if (slave < slaves_.size()) side = slaves_[slave];
+  side.in_op = al.SettledIn(esc::AlState::OP) ? InOp::kYes : MayBeInOp(al);
   return side;
 }
 
-ProgressModel::Part& ProgressModel::PartOf(const model::ImagePart& image) {
-  Recent& recent = recent_[image.serial % recent_.size()];
-  if (recent.serial == image.serial && recent.part != nullptr) return *recent.part;
+inline ProgressModel::Part& ProgressModel::PartOf(const model::ImagePart& image) {
+  const Recent& recent = recent_[image.serial % recent_.size()];
+  return recent.serial == image.serial && recent.part != nullptr ? *recent.part : FindPart(image);
+}
+
+[[gnu::noinline]] ProgressModel::Part& ProgressModel::FindPart(const model::ImagePart& image) {
   auto found = parts_.find(image.serial);
   if (found == parts_.end()) {
     if (parts_.size() >= kMostPlaces) {
@@ -69,11 +72,11 @@ ProgressModel::Part& ProgressModel::PartOf(const model::ImagePart& image) {
     }
     found = parts_.emplace(image.serial, Part(image)).first;
   }
-  recent = {image.serial, &found->second};
+  recent_[image.serial % recent_.size()] = {image.serial, &found->second};
   return found->second;
 }
 
-void ProgressModel::FindWatches(SlaveId slave, Part& part) {
+[[gnu::noinline]] void ProgressModel::FindWatches(SlaveId slave, Part& part) {
   if (part.shares.empty()) {
     for (const AxisPlaces::Axis& axis : part.places.axes()) part.shares.push_back({axis, nullptr, {}});
   }
@@ -84,7 +87,6 @@ void ProgressModel::FindWatches(SlaveId slave, Part& part) {
 }
 
 void ProgressModel::Take(const model::ImagePart& image, Part& part, ByteSpan data, const FrameRef& frame) {
-  if (data.empty() || !frame.seen()) return;
   const SlaveSide side = SideOf(image.slave, image.model->al);
   const bool same_side = std::exchange(part.side, side) == side;
   const device::DeviceDescription* const profile = image.model->profile;
@@ -104,9 +106,10 @@ void ProgressModel::Take(const model::ImagePart& image, Part& part, ByteSpan dat
   }
 }
 
-void ProgressModel::TakeMotors(const model::ImagePart& image, const Part& part, ByteSpan data, const FrameRef& frame) {
+[[gnu::noinline]] void ProgressModel::TakeMotors(const model::ImagePart& image, const Part& part, ByteSpan data,
+                                                 const FrameRef& frame) {
   // Outputs act in OP only.
-  if (data.empty() || !frame.seen() || SideOf(image.slave, image.model->al).in_op != InOp::kYes) return;
+  if (SideOf(image.slave, image.model->al).in_op != InOp::kYes) return;
   MotorWatch* watch = nullptr;
   for (const MotorPlaces::Place& place : part.motors.places()) {
     if (watch == nullptr || watch->channel() != place.channel) {
@@ -124,15 +127,15 @@ void ProgressModel::TakeMotors(const model::ImagePart& image, const Part& part, 
 }
 
 void ProgressModel::On(const model::ProcessCycle& cycle) {
-  if (cycle.part.slave == kNoSlave || cycle.part.places.empty()) return;
+  if (cycle.part.slave == kNoSlave || cycle.part.places.empty() || cycle.data.empty()) return;
   const bool outputs = cycle.part.direction == device::PdoDirection::kRx;
   const bool gave = cycle.exchange == model::Exchange::kYes || cycle.exchange == model::Exchange::kInferred;
   if (!outputs && !gave) return;
-  Part& part = PartOf(cycle.part);
   const FrameRef& frame = outputs && cycle.sent.seen() ? cycle.sent : cycle.frame();
+  if (!frame.seen()) return;
+  Part& part = PartOf(cycle.part);
   if (!part.motors.empty()) TakeMotors(cycle.part, part, cycle.data, frame);
-  if (part.places.empty()) return;
-  Take(cycle.part, part, cycle.data, frame);
+  if (!part.places.empty()) Take(cycle.part, part, cycle.data, frame);
 }
 
 void ProgressModel::On(const mailbox::SdoTransfer& transfer) {
@@ -173,7 +176,7 @@ void ProgressModel::ForgetSlave(SlaveId slave) {
 
 void ProgressModel::On(const track::AlRequest& request) {
   const std::uint8_t target = request.control.state();
-  Slave& slave = Get(request.slave);
+  SlaveSide& slave = Get(request.slave);
   if (target == static_cast<std::uint8_t>(esc::AlState::OP)) {
     slave.op_requested = true;
     slave.leaving = false;
@@ -192,13 +195,13 @@ void ProgressModel::On(const track::CaptureGap& gap) {
   if (!gap.certain) return;
   for (auto& [id, watch] : axes_) watch.ForgetAtGap();
   for (auto& [id, watch] : motors_) watch.Forget();
-  for (Slave& slave : slaves_) slave.began = false;
+  for (SlaveSide& slave : slaves_) slave.began = false;
 }
 
 void ProgressModel::On(const track::RunBegan&) {
   for (auto& [id, watch] : axes_) watch.Forget();
   for (auto& [id, watch] : motors_) watch.Forget();
-  for (Slave& slave : slaves_) slave = {};
+  for (SlaveSide& slave : slaves_) slave = {};
 }
 
 void ProgressModel::Finish() {

@@ -51,12 +51,6 @@ class ProgressModel {
 
  private:
   using AxisId = std::pair<SlaveId, std::uint8_t>;
-  /// What is known of a slave besides its model.
-  struct Slave {
-    bool op_requested = false;
-    bool began = false;    ///< its way to OP was seen in this run
-    bool leaving = false;  ///< what the master requested last is a state below OP
-  };
   /// One axis in a part of the process image.
   struct Share {
     AxisPlaces::Axis places;
@@ -77,15 +71,16 @@ class ProgressModel {
   void Take(const model::ImagePart& image, Part& part, ByteSpan data, const FrameRef& frame);
   void FindWatches(SlaveId slave, Part& part);
   [[nodiscard]] Part& PartOf(const model::ImagePart& image);
+  [[nodiscard]] Part& FindPart(const model::ImagePart& image);
   [[nodiscard]] SlaveSide SideOf(SlaveId slave, const model::AlMachine& al) const;
   [[nodiscard]] AxisWatch* Watch(SlaveId slave, std::uint8_t axis);
-  [[nodiscard]] Slave& Get(SlaveId slave);
+  [[nodiscard]] SlaveSide& Get(SlaveId slave);
   void ForgetSlave(SlaveId slave);
 
   const model::BusModel& model_;
   std::map<AxisId, AxisWatch> axes_;
   std::map<AxisId, MotorWatch> motors_;  ///< by channel
-  std::vector<Slave> slaves_;            ///< by id
+  std::vector<SlaveSide> slaves_;        ///< by id; in_op is that of its model
   std::map<std::uint64_t, Part> parts_;  ///< by serial; those without words of axes stay, too
   /// The newest of them: most parts are needed in each cycle.
   struct Recent {

@@ -48,8 +48,14 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
       jump_->record.lead = now.Lead();
     }
   }
-  AtEnable(now, out);
-  InOperation(now, out);
+  if (jump_) AtEnable(now, out);
+  if (outlier_) AfterOutlier(now, out);
+  if (enabled && cyclic && target) {
+    TakeTarget(now);
+  } else {
+    last_target_.reset();
+    step_count_ = 0;
+  }
   if (enabled && cyclic) {
     Echo(now, out);
     Limits(now, out);
@@ -62,7 +68,6 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
 }
 
 void SetpointCheck::AtEnable(const AxisView& now, AxisRecords& out) {
-  if (!jump_) return;
   const auto& target = now.Target(Quantity::kPosition);
   const auto& actual = now.Actual(Quantity::kPosition);
   if (target) {
@@ -97,29 +102,28 @@ void SetpointCheck::AtEnable(const AxisView& now, AxisRecords& out) {
   if (over || !now.enabled()) jump_.reset();
 }
 
-void SetpointCheck::InOperation(const AxisView& now, AxisRecords& out) {
-  const auto& target = now.Target(Quantity::kPosition);
+/// Of the outlier.
+void SetpointCheck::AfterOutlier(const AxisView& now, AxisRecords& out) {
   const bool cyclic = enabled_ && mode_ == kCyclicPosition;
-  const bool follows = cyclic && target;
   const bool fault = IsFault(now.state) || (cyclic && now.Status(kErrorBit));
   // Of a jump right before the fault nothing shows whether it was one, or the begin of a fast motion.
-  if (outlier_ && fault && (outlier_->c > 0 || cycles_after_ >= kCyclesAfter)) {
+  if (fault && (outlier_->c > 0 || cycles_after_ >= kCyclesAfter)) {
     AxisRecord record = *outlier_;
     record.frame = now.frame;
     record.fault = true;
     out.Add(record);
     outlier_.reset();
-  }
-  if (outlier_) ++cycles_after_;
-  if (outlier_ && outlier_->since.has_time && now.frame.has_time &&
-      Elapsed(outlier_->since.time, now.frame.time) > kReactionNs) {
-    outlier_.reset();
-  }
-  if (!follows) {
-    last_target_.reset();
-    step_count_ = 0;
     return;
   }
+  ++cycles_after_;
+  if (outlier_->since.has_time && now.frame.has_time && Elapsed(outlier_->since.time, now.frame.time) > kReactionNs) {
+    outlier_.reset();
+  }
+}
+
+/// The next target, in operation: a step far above the usual ones is an outlier.
+void SetpointCheck::TakeTarget(const AxisView& now) {
+  const auto& target = now.Target(Quantity::kPosition);
   if (last_target_ && *last_target_ != *target) {
     const std::int64_t step = Magnitude(Apart(*last_target_, *target));
     const std::size_t known = std::min(step_count_, steps_.size());

@@ -43,7 +43,8 @@ class SetpointCheck {
   };
 
   void AtEnable(const AxisView& now, AxisRecords& out);
-  void InOperation(const AxisView& now, AxisRecords& out);
+  void AfterOutlier(const AxisView& now, AxisRecords& out);
+  void TakeTarget(const AxisView& now);
   void Echo(const AxisView& now, AxisRecords& out);
   [[nodiscard]] bool Leads(std::int64_t target);
   void Alternates(const AxisView& now, AxisRecords& out);
