@@ -20,6 +20,7 @@ constexpr Word kVoltageMissing{"no-voltage", "bit 4 of the status word is 0"};
 constexpr Word kLeftEnabled{"left-enabled", "the drive left Operation enabled without a command"};
 constexpr Word kModeDiffers{"mode-differs", "6061h does not show the mode that 6060h selects"};
 constexpr Word kModeNotShown{"mode-not-in-capture", "6061h is not in the capture"};
+constexpr Word kModeUnknown{"mode-not-known", "the mode of operation (6060h, 6061h) is not in the capture"};
 constexpr Word kSetpointUnknown{"setpoint-not-in-capture", "the set point of the mode is in no object of CiA 402"};
 constexpr Word kActualUnknown{"actual-not-in-capture", "the actual value is not in the capture"};
 constexpr Word kNotMeasured{"too-short", "the axis did not move far enough to compare"};
@@ -239,12 +240,13 @@ class AxisClimb {
   }
   [[nodiscard]] const Word& WhyUnknown() const {
     const AxisView& now = watch_.now();
+    if (!now.mode()) return kModeUnknown;
     if (now.mode() == kHoming) return kNoSetpoint;
     for (const AxisRecord& record : watch_.records()) {
       if (FactRow(record.fact).rung == "follows" && record.healthy && record.limited) return kLimited;
       if (record.fact == AxisFact::kOtherScale) return kOtherUnits;
     }
-    const Quantity quantity = now.mode() ? QuantityOf(*now.mode()) : Quantity::kNone;
+    const Quantity quantity = QuantityOf(*now.mode());
     const bool actual = quantity != Quantity::kNone && now.Actual(quantity).has_value();
     return actual ? kNotMeasured : kActualUnknown;
   }

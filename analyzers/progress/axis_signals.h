@@ -162,8 +162,8 @@ class AxisPlaces {
     std::uint8_t axis = 0;
     Role role = Role::kControl;
     bool has_sign = false;
-    bool in_word = false;     ///< in the eight bytes from `byte` on
-    std::uint8_t shift = 0;   ///< its first bit there
+    bool in_word = false;    ///< in the eight bytes from `byte` on
+    std::uint8_t shift = 0;  ///< its first bit there
     std::uint16_t bits = 0;
     std::uint32_t byte = 0;
     std::uint64_t mask = 0;

@@ -138,10 +138,7 @@ struct AxisView : SlaveSide {
   /// The mode that the drive works in; nothing where neither 6061h nor 6060h reports it.
   [[nodiscard]] const std::optional<std::int8_t>& mode() const { return mode_; }
   void FindMode() {
-    mode_ = mode_shown    ? mode_shown
-            : mode_asked() ? mode_asked()
-            : mode_mapped  ? mode_mapped
-                           : mode_assumed;
+    mode_ = mode_shown ? mode_shown : mode_asked() ? mode_asked() : mode_mapped ? mode_mapped : mode_assumed;
     quantity_ = mode_ ? QuantityOf(*mode_) : Quantity::kNone;
     if (quantity_ == Quantity::kNone) quantity_ = Quantity::kPosition;
   }

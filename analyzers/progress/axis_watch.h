@@ -194,8 +194,8 @@ class AxisWatch {
   bool lost_unasked_ = false, voltage_lost_unasked_ = false;
   FrameNo status_frame_ = 0;
   Span without_fault_, voltage_, enabled_, mode_;
-  std::vector<AxisMoment> recent_;                    ///< some of the last 50 ms, oldest first
-  TimeNs recent_stays_until_ = 0;                     ///< the next time at which recent_ becomes another; empty: at once
+  std::vector<AxisMoment> recent_;  ///< some of the last 50 ms, oldest first
+  TimeNs recent_stays_until_ = 0;   ///< the next time at which recent_ becomes another; empty: at once
   std::vector<std::pair<FrameNo, AxisLead>> faults_;  ///< the first ones
   std::unique_ptr<Checks> checks_;                    ///< null before the first word
   AxisRecords records_;

@@ -58,8 +58,9 @@ void CommandCheck::Forget() {
 }
 
 bool CommandCheck::settled() const {
+  if (enabled_ && !mode_) return goes_;
   // The velocity mode waits for an actual value that is 0.
-  if (!enabled_ || !mode_ || !commanded_.seen() || NeedsStart(*mode_) || *mode_ == kVelocityMode) return false;
+  if (!enabled_ || !commanded_.seen() || NeedsStart(*mode_) || *mode_ == kVelocityMode) return false;
   const Quantity quantity = QuantityOf(*mode_);
   return quantity != Quantity::kNone && Of(quantity).changes >= kMoves;
 }
@@ -136,7 +137,12 @@ void CommandCheck::Step(const AxisView& now, AxisRecords& out) {
   }
   FollowSetpoints(now);
   if (mode_ || active()) Mode(now, out);
-  if (!enabled_ || !mode_) return;
+  goes_ = false;
+  if (!enabled_) return;
+  if (!mode_) {
+    if (const Quantity moving = Moving(); moving != Quantity::kNone) Goes(Of(moving).first_changed, now.frame);
+    return;
+  }
   if (!now.Control(kHaltBit)) never_without_halt_ = false;
   const Quantity quantity = QuantityOf(*mode_);
   if (NeedsStart(*mode_)) Start(now, *mode_, out);
@@ -144,14 +150,25 @@ void CommandCheck::Step(const AxisView& now, AxisRecords& out) {
   if (moves || starts_ > 0) wanted_ = true;
   const bool started =
       NeedsStart(*mode_) ? starts_ > 0 || (*mode_ == kInterpolated && moves && now.Control(now.StartBit())) : moves;
-  goes_ = started && !(HasHalt(*mode_) && now.Control(kHaltBit));
-  if (goes_) {
-    if (!commanded_.seen()) commanded_ = now.frame;
-    last_commanded_ = now.frame;
-  }
+  if (started && !(HasHalt(*mode_) && now.Control(kHaltBit))) Goes(now.frame, now.frame);
   if (*mode_ == kVelocityMode) RampBits(now, out);
   if (HasHalt(*mode_)) Halt(now, *mode_, out);
   if (quantity != Quantity::kNone && !now.Target(quantity)) without_setpoint_ = true;
+}
+
+void CommandCheck::Goes(const FrameRef& since, const FrameRef& frame) {
+  goes_ = wanted_ = true;
+  if (!commanded_.seen()) commanded_ = since;
+  last_commanded_ = frame;
+}
+
+/// The set point that goes on, in whatever mode.
+Quantity CommandCheck::Moving() const {
+  Quantity moving = Quantity::kNone;
+  for (const Quantity quantity : kQuantities) {
+    if (Of(quantity).changes >= kMoves) moving = quantity;
+  }
+  return moving;
 }
 
 void CommandCheck::Start(const AxisView& now, std::int8_t mode, AxisRecords& out) {
@@ -272,10 +289,7 @@ void CommandCheck::Mode(const AxisView& now, AxisRecords& out) {
     record.c = *now.mode_shown;
     out.Add(record);
   }
-  Quantity moving = Quantity::kNone;
-  for (const Quantity quantity : kQuantities) {
-    if (Of(quantity).changes >= kMoves) moving = quantity;
-  }
+  const Quantity moving = Moving();
   const bool known = enabled_ && now.in_op == InOp::kYes && moving != Quantity::kNone;
   const bool unselected =
       known && now.mode_shown == 0 && now.mode_by_sdo.value_or(0) == 0 && now.mode_mapped.value_or(0) == 0 && now.began;

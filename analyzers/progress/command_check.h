@@ -1,7 +1,8 @@
 /// in: an axis, moment by moment.  out: what starts its motion and never comes, although a motion is wanted.
 ///
 /// Wanting a motion: the set point of some mode changes while the axis is enabled, and not as a copy of the actual
-/// value. Homing that is selected may wait for an operator. What starts later after all was only waited for.
+/// value; in a mode that is not known one that goes on. Homing that is selected may wait for an operator. What starts
+/// later after all was only waited for.
 ///
 /// Source: CIA402, modes of operation: profile position (bits 4, 5, 12), homing (bit 4), halt (bit 8).
 #pragma once
@@ -50,6 +51,9 @@ class CommandCheck {
   void FollowPosition(const AxisView& now);
   [[nodiscard]] bool IsCopy(const AxisView& now, std::int64_t target) const;
   void BeginEnabled();
+  /// The axis is commanded, since then at the latest.
+  void Goes(const FrameRef& since, const FrameRef& frame);
+  [[nodiscard]] Quantity Moving() const;
   void Start(const AxisView& now, std::int8_t mode, AxisRecords& out);
   void Handshake(const AxisView& now, AxisRecords& out);
   [[nodiscard]] bool Stands(const AxisView& now) const;

@@ -180,8 +180,9 @@ class DriveNotCommanded final : public AxisRule {
   }
 
   [[nodiscard]] std::optional<Reason> Unevaluated(const progress::AxisWatch& axis) const override {
-    if (!axis.enabled().ever() || axis.command().commanded().seen()) return std::nullopt;
+    if (!axis.enabled().ever()) return std::nullopt;
     if (!axis.now().mode()) return Reason::Of(ReasonCode::kNotInCapture, kMode);
+    if (axis.command().commanded().seen()) return std::nullopt;
     if (axis.command().without_setpoint()) return Reason::Of(ReasonCode::kNotInCapture, kSetpoint);
     return std::nullopt;
   }

@@ -84,6 +84,16 @@ TEST(ProgressLadder, HealthyAxisIsEnabledAndIdle) {
   EXPECT_EQ(slave.Failed(), nullptr);
 }
 
+/// A set point that goes on commands the axis in whatever mode; whether it should follow depends on the mode.
+TEST(ProgressLadder, AxisWithoutModeIsCommandedByASetpointThatGoesOn) {
+  const AnalysisResult result = AnalyseRule("drive-not-following/unknown-2");
+  EXPECT_EQ(StatusOf(AxisOf(result), "mode"), "not-asked");
+  EXPECT_EQ(StatusOf(AxisOf(result), "commanded"), "reached");
+  EXPECT_EQ(AxisOf(result).Find("commanded")->since.number, 112U);
+  EXPECT_EQ(StatusOf(AxisOf(result), "follows"), "unknown");
+  EXPECT_EQ(WhyOf(AxisOf(result), "follows"), "mode-not-known");
+}
+
 TEST(ProgressLadder, MissingBitHoldsTheAxis) {
   const AnalysisResult result = AnalyseRule("drive-not-enabled/violates");
   const Ladder& axis = AxisOf(result);
