@@ -51,6 +51,8 @@ constexpr std::uint64_t kAcknowledgeReads = 200;
 constexpr std::uint64_t kIgnoredReads = 8;
 /// Masters that wait for a state look for it more often.
 constexpr std::int64_t kLongPauseNs = 1'000'000'000;
+/// Lost packets between two looks of a master that waits.
+constexpr std::int64_t kShortGapNs = 500'000'000;
 /// No master that waits leaves so long a time between two looks.
 constexpr std::int64_t kClockSetNs = 60'000'000'000;
 /// A request that was lost on its way does not explain what happens this much later.
@@ -152,12 +154,14 @@ StateSet AlMachine::PossibleBefore(FrameNo request) const {
 }
 
 void AlMachine::OnRequestSent(const FrameRef& frame, esc::AlWord control) {
+  interrupted_.reset();
   quiet_ = false;
   asked_ = true;
   AddPending(control, frame);
 }
 
 void AlMachine::OnRequest(const track::AlRequest& request) {
+  interrupted_.reset();
   quiet_ = false;
   asked_ = true;
   const FrameNo number = request.frame().number;
@@ -309,6 +313,7 @@ void AlMachine::OnStatus(const track::AlStatusRead& read) {
   ++status_reads_;
   if (requests_ > 0) ++reads_after_request_;
   quiet_ = false;
+  if (interrupted_) Resume(read);
   DropOldPending(read.frame);
   if (!watched_since_.seen()) {
     watched_since_ = read.frame;
@@ -638,6 +643,28 @@ void AlMachine::CheckOverdue(const track::AlStatusRead& read) {
   sink_.Publish(event);
 }
 
+void AlMachine::OnGap(const FrameRef& frame) {
+  OnPause();
+  interrupted_.reset();
+  const bool waits = open_ && polls_ > 0 && read_state_ != 0 && error_ == Error::kNo && !overdue_reported_;
+  const bool legal = waits && (open_->verdict == AlVerdict::kLegal || open_->verdict == AlVerdict::kUnknown);
+  if (legal) interrupted_ = {*open_, read_state_, waiting_since_, last_poll_, frame.number};
+}
+
+/// The first read after a capture gap. A master that still looks for the state, and a slave that still shows the one
+/// before: hardly any request came in between, and the wait goes on.
+void AlMachine::Resume(const track::AlStatusRead& read) {
+  const Interrupted before = *std::exchange(interrupted_, std::nullopt);
+  const bool same = read.error_bit_known && !read.status.bit4() && read.status.state() == before.state;
+  if (!same || open_ || !read.frame.has_time || !before.last_poll.has_time) return;
+  if (Elapsed(before.last_poll.time, read.frame.time) > kShortGapNs) return;
+  open_ = before.request;
+  open_->over_gap = true;
+  waiting_since_ = before.since;
+  last_poll_ = before.last_poll;
+  overdue_reported_ = false;
+}
+
 void AlMachine::ReportCode(const FrameRef& frame, std::uint16_t code) {
   if (error_ != Error::kYes || !error_reported_ || (error_code_ && *error_code_ == code)) return;
   if (code == 0 && error_code_) return;
@@ -650,6 +677,7 @@ void AlMachine::OnStatusCode(const track::AlStatusCodeRead& read) {
 }
 
 void AlMachine::Forget(const FrameRef& frame) {
+  if (interrupted_ && interrupted_->gap != frame.number) interrupted_.reset();
   quiet_ = false;
   if (read_state_ != 0 && error_ == Error::kNo) {
     // An error that it shows when it is seen again is news.

@@ -88,6 +88,8 @@ class AlMachine {
     quiet_ = false;
     paused_ = true;
   }
+  /// The capture certainly misses packets before this frame; Forget() follows where the slave may be another since.
+  void OnGap(const FrameRef& frame);
   /// Another device is there now: what the one before could do does not apply to it.
   void OnOtherDevice() {
     emulation_.reset();
@@ -167,6 +169,7 @@ class AlMachine {
   [[nodiscard]] bool MayPrecede(const track::AlStatusRead& read) const;
   void OnNoError(const track::AlStatusRead& read);
   void CheckOverdue(const track::AlStatusRead& read);
+  void Resume(const track::AlStatusRead& read);
   void ReportCode(const FrameRef& frame, std::uint16_t code);
 
   SlaveId slave_;
@@ -200,6 +203,14 @@ class AlMachine {
   FrameRef waiting_since_;   ///< open_, or the first read after a pause in which the state may have been read unseen
   FrameRef last_poll_;
   bool overdue_reported_ = false;
+  /// What was waited for when the capture began to miss packets.
+  struct Interrupted {
+    AlRequestRecord request;
+    std::uint8_t state = 0;
+    FrameRef since, last_poll;
+    FrameNo gap = 0;  ///< the first frame after it
+  };
+  std::optional<Interrupted> interrupted_;
   bool acknowledged_ = false;  ///< an error that is or may be set was acknowledged, and not seen gone yet
   /// To the first request after which the slave was seen, an acknowledge: its error, which may be older.
   std::optional<AlAnswered> unclear_;

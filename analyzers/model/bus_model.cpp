@@ -163,7 +163,11 @@ void BusModel::On(const track::CaptureGap& event) {
   al_wait_.Forget();
   for (std::size_t id = 0; id < slaves_.size(); ++id) {
     SlaveModel& slave = slaves_[id];
-    slave.al.OnPause();
+    if (event.certain) {
+      slave.al.OnGap(event.frame);
+    } else {
+      slave.al.OnPause();
+    }
     slave.NoteLatchGap(event.frame, event.certain || event.skip);
     if (!event.certain) continue;
     slave.mailbox.Forget();

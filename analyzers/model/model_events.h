@@ -64,6 +64,7 @@ struct AlRequestRecord {
   StateSet possible;                                 ///< states the slave may have been in; empty when nothing is known
   const device::AlTransition* transition = nullptr;  ///< the family's row, where from is known and the value is a state
   bool assumed = false;                              ///< outbound-only capture
+  bool over_gap = false;  ///< it stayed open while the capture missed packets: another may be among them
 };
 
 struct AlRequestJudged {

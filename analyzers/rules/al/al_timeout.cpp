@@ -116,6 +116,8 @@ AL Status is read and still shows the old state after the limit.
 - A request that the slave leaves in its mailbox, without an answer since, shows that its application does not run.
 - With an ESI, the finding lists what the ESI requires before this request and the start-up does not meet.
 - A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for.
+- A wait goes on over a capture gap of at most 0.5 s if the slave shows the same state after it; the finding is inferred
+  then, since another request may be in the gap.
 - After a long pause without frames, or if the clock was set, the wait counts from the next read on.
 - If the master only reads by broadcast, the OR of all slaves decides. The finding belongs to the bus if all slaves were
   asked for a state and not all show it, or if no slave shows a requested state.
@@ -147,6 +149,7 @@ class AlTimeout final : public Rule {
         .Set("waited_ms", arg::Ms(e.waited_ns))
         .Set("limit_ms", arg::Ms(e.limit_ns))
         .Set("polls", arg::Count(e.polls, "time"));
+    if (e.request.over_gap) finding.confidence = Confidence::kInferred;
     if (const Word* source = LimitSource(e)) finding.Set("limit_source", arg::Of(*source));
     finding.caused_by = context().ExplanationOf(e.slave, e.request.frame.number);
     AddRelated(finding, e.request.frame.number);
@@ -162,6 +165,7 @@ class AlTimeout final : public Rule {
         .Set("polls", arg::Count(e.polls, "time"))
         .Set("shown", arg::State(e.shown))
         .Set("next_frame", arg::Frame(e.next.number));
+    if (e.request.over_gap) finding.confidence = Confidence::kInferred;
     finding.caused_by = context().ExplanationOf(e.slave, e.request.frame.number);
     AddRelated(finding, e.request.frame.number);
     AddRelated(finding, e.next.number);
