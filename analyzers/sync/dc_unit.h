@@ -99,6 +99,10 @@ class DcUnit {
   void Doubt(const track::SlaveAccess& access);
   /// The slave is set up again: what SYNC0 does is unknown until it is written or read.
   void BeginAnew();
+  /// The capture misses packets: what was off may have been switched on in them.
+  void OnGap() {
+    if (activation_ && !activation_->active()) activation_.reset();
+  }
   /// The slave reached OP: what was left on before hindered nothing.
   void ReachedOp() { left_on_.reset(); }
 

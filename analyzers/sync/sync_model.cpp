@@ -263,7 +263,10 @@ void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
 /// What was sent in a capture gap is unknown: no interval, no slot and no rhythm reaches over it.
 void SyncModel::On(const track::CaptureGap& gap) {
   Flush();
-  for (const auto& slave : slaves_) slave->outputs.OnHole(gap);
+  for (const auto& slave : slaves_) {
+    slave->outputs.OnHole(gap);
+    if (gap.certain) slave->dc.OnGap();
+  }
   if (gap.certain) images_.ForgetLast();
 }
 
