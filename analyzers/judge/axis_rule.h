@@ -14,6 +14,10 @@
 
 namespace ecaudit {
 
+namespace what {
+inline constexpr Word kMode{"mode", "the mode of operation (6060h, 6061h)"};
+}  // namespace what
+
 class AxisRule : public Rule {
  public:
   struct Row {

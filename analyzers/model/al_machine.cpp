@@ -51,7 +51,7 @@ constexpr std::uint64_t kAcknowledgeReads = 200;
 constexpr std::uint64_t kIgnoredReads = 8;
 /// Masters that wait for a state look for it more often.
 constexpr std::int64_t kLongPauseNs = 1'000'000'000;
-/// Lost packets between two looks of a master that waits.
+/// From the last look before a capture gap to the first one after it: a longer gap may hold other requests.
 constexpr std::int64_t kShortGapNs = 500'000'000;
 /// No master that waits leaves so long a time between two looks.
 constexpr std::int64_t kClockSetNs = 60'000'000'000;
@@ -651,13 +651,15 @@ void AlMachine::OnGap(const FrameRef& frame) {
   if (legal) interrupted_ = {*open_, read_state_, waiting_since_, last_poll_, frame.number};
 }
 
-/// The first read after a capture gap. A master that still looks for the state, and a slave that still shows the one
-/// before: hardly any request came in between, and the wait goes on.
+/// The first read after a capture gap. If the master still looks for the state and the slave still shows the one
+/// before, hardly any request came in between: the wait goes on.
 void AlMachine::Resume(const track::AlStatusRead& read) {
   const Interrupted before = *std::exchange(interrupted_, std::nullopt);
   const bool same = read.error_bit_known && !read.status.bit4() && read.status.state() == before.state;
   if (!same || open_ || !read.frame.has_time || !before.last_poll.has_time) return;
-  if (Elapsed(before.last_poll.time, read.frame.time) > kShortGapNs) return;
+  // A clock that goes back is another recording.
+  const TimeNs between = Elapsed(before.last_poll.time, read.frame.time);
+  if (between < 0 || between > kShortGapNs) return;
   open_ = before.request;
   open_->over_gap = true;
   waiting_since_ = before.since;

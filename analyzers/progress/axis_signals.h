@@ -49,7 +49,7 @@ inline constexpr std::array kLimitRoles{
     Role::kMaxTorque,    Role::kPositiveTorque, Role::kNegativeTorque, Role::kMaxVelocity, Role::kMaxMotorSpeed,
     Role::kProfileSpeed, Role::kAcceleration,   Role::kHomingMethod,   Role::kHomingSpeed, Role::kHomingAcceleration};
 
-/// Some of them.
+/// Roles, each at most once.
 class RoleSet {
  public:
   constexpr RoleSet() = default;

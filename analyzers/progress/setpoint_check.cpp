@@ -102,7 +102,7 @@ void SetpointCheck::AtEnable(const AxisView& now, AxisRecords& out) {
   if (over || !now.enabled()) jump_.reset();
 }
 
-/// Of the outlier.
+/// A step that was far above the usual ones is reported once a fault follows it, and else forgotten after some time.
 void SetpointCheck::AfterOutlier(const AxisView& now, AxisRecords& out) {
   const bool cyclic = enabled_ && mode_ == kCyclicPosition;
   const bool fault = IsFault(now.state) || (cyclic && now.Status(kErrorBit));

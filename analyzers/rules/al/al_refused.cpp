@@ -194,7 +194,8 @@ class AlRefused final : public Rule {
     FindingIndex index = Repeat(e.slave, key, e.frame);
     if (index == kNoFinding) {
       Finding finding = Found(IsAcknowledge(e) ? kNotAcknowledged : kRefused, e.slave, e.frame);
-      finding.confidence = e.state_before_known ? Confidence::kObserved : Confidence::kInferred;
+      const bool observed = e.state_before_known && !e.request.over_gap;
+      finding.confidence = observed ? Confidence::kObserved : Confidence::kInferred;
       finding.caused_by = cause;
       AddRelated(finding, e.request.frame.number);
       index = Report(key, std::move(finding));

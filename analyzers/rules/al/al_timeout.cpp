@@ -116,8 +116,8 @@ AL Status is read and still shows the old state after the limit.
 - A request that the slave leaves in its mailbox, without an answer since, shows that its application does not run.
 - With an ESI, the finding lists what the ESI requires before this request and the start-up does not meet.
 - A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for.
-- A wait goes on over a capture gap of at most 0.5 s if the slave shows the same state after it; the finding is inferred
-  then, since another request may be in the gap.
+- A wait goes on over a capture gap of at most 0.5 s if the slave shows the same state after it. The finding is inferred
+  then: another request may be in the gap.
 - After a long pause without frames, or if the clock was set, the wait counts from the next read on.
 - If the master only reads by broadcast, the OR of all slaves decides. The finding belongs to the bus if all slaves were
   asked for a state and not all show it, or if no slave shows a requested state.

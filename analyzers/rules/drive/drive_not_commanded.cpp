@@ -181,13 +181,12 @@ class DriveNotCommanded final : public AxisRule {
 
   [[nodiscard]] std::optional<Reason> Unevaluated(const progress::AxisWatch& axis) const override {
     if (!axis.enabled().ever()) return std::nullopt;
-    if (!axis.now().mode()) return Reason::Of(ReasonCode::kNotInCapture, kMode);
+    if (!axis.now().mode()) return Reason::Of(ReasonCode::kNotInCapture, what::kMode);
     if (axis.command().commanded().seen()) return std::nullopt;
     if (axis.command().without_setpoint()) return Reason::Of(ReasonCode::kNotInCapture, kSetpoint);
     return std::nullopt;
   }
 
-  static constexpr Word kMode{"mode", "the mode of operation (6060h, 6061h)"};
   static constexpr Word kSetpoint{"setpoint", "the set point of the mode as an object of CiA 402"};
 };
 

@@ -233,14 +233,13 @@ class DriveNotFollowing final : public AxisRule {
   [[nodiscard]] std::optional<Reason> Unevaluated(const progress::AxisWatch& axis) const override {
     if (!axis.command().commanded().seen() || axis.follow().follows().seen()) return std::nullopt;
     const progress::AxisView& now = axis.now();
-    if (!now.mode()) return Reason::Of(ReasonCode::kNotInCapture, kMode);
+    if (!now.mode()) return Reason::Of(ReasonCode::kNotInCapture, what::kMode);
     const auto quantity = progress::QuantityOf(*now.mode());
     if (quantity == progress::Quantity::kNone || quantity == progress::Quantity::kTorque) return std::nullopt;
     if (!now.Actual(quantity)) return Reason::Of(ReasonCode::kNotInCapture, kActual);
     return std::nullopt;
   }
 
-  static constexpr Word kMode{"mode", "the mode of operation (6060h, 6061h)"};
   static constexpr Word kActual{"actual-value", "the actual value of the axis (6064h, 606Ch, 6044h)"};
 };
 

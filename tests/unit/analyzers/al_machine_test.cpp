@@ -107,6 +107,19 @@ class AlMachineTest : public ::testing::Test {
     machine.OnStatus(read);
     After(kMs);
   }
+  /// The master asks for SAFEOP and looks once; the slave stays in PREOP.
+  void Wait() {
+    Read(0x02);
+    Request(0x04);
+    Read(0x02);
+  }
+  /// The capture misses packets for this time; the slave is forgotten with them.
+  void Gap(std::int64_t ns) {
+    After(ns);
+    const FrameRef first = Frame();
+    machine.OnGap(first);
+    machine.Forget(first);
+  }
   void ReadCode(std::uint16_t code) { machine.OnStatusCode({0, Frame(), code}); }
 
   Log log;
@@ -779,6 +792,58 @@ TEST_F(AlMachineTest, CountsForRulesThatSayWhereTheyCouldNotJudge) {
   EXPECT_EQ(machine.requests(), 1U);
   Read(0x02);
   EXPECT_EQ(machine.reads_after_request(), 1U);
+}
+
+// --- waits over a capture gap
+// ---------------------------------------------------------------------------------------------------------
+
+TEST_F(AlMachineTest, WaitGoesOnOverAShortGap) {
+  Wait();
+  Gap(400 * kMs);
+  Read(0x02);
+  After(10'000 * kMs);
+  Read(0x02);
+  ASSERT_THAT(log.lines, ElementsAre("overdue"));
+  EXPECT_TRUE(log.last_overdue.request.over_gap);
+}
+
+TEST_F(AlMachineTest, RefusalAfterAGapIsOfARequestThatStayedOpenOverIt) {
+  Wait();
+  Gap(400 * kMs);
+  Read(0x02);
+  Read(0x12, 0x001E);
+  ASSERT_THAT(log.lines, ElementsAre("refused"));
+  EXPECT_TRUE(log.last_answered.request.over_gap);
+}
+
+TEST_F(AlMachineTest, WaitEndsWithALongGap) {
+  Wait();
+  Gap(600 * kMs);
+  Read(0x02);
+  After(10'000 * kMs);
+  Read(0x02);
+  EXPECT_THAT(log.lines, IsEmpty());
+}
+
+/// Another recording is appended, whose clock is earlier.
+TEST_F(AlMachineTest, WaitEndsWhereTheClockGoesBack) {
+  After(5'000 * kMs);
+  Wait();
+  Gap(-5'000 * kMs);
+  Read(0x02);
+  After(20'000 * kMs);
+  Read(0x02);
+  EXPECT_THAT(log.lines, IsEmpty());
+}
+
+TEST_F(AlMachineTest, WaitEndsWhereTheSlaveIsOutOfSightAgain) {
+  Wait();
+  Gap(100 * kMs);
+  machine.Forget(Frame());
+  Read(0x02);
+  After(10'000 * kMs);
+  Read(0x02);
+  EXPECT_THAT(log.lines, IsEmpty());
 }
 
 TEST_F(AlMachineTest, StatusThatIsNoStateIsDisturbedOnceAndAFallWhenItStays) {
