@@ -42,6 +42,14 @@ class EventBus : public EventSink {
         std::memcpy(&member, self.handler.data(), sizeof member);
         (static_cast<T*>(self.object)->*member)(*static_cast<const Event*>(event));
       };
+      // Nearly every handler is called On. By its name it is called at once, or is part of the call.
+      if constexpr (requires { static_cast<void (T::*)(const Event&)>(&T::On); }) {
+        if (handler == static_cast<void (T::*)(const Event&)>(&T::On)) {
+          wish.listener_.call = [](const Listener& self, const void* event) {
+            static_cast<T*>(self.object)->On(*static_cast<const Event*>(event));
+          };
+        }
+      }
       return wish;
     }
 

@@ -83,7 +83,7 @@ template <typename T>
                                        std::size_t length = static_cast<std::size_t>(-1)) {
   if (offset >= bytes.size()) return {};
   const std::size_t rest = bytes.size() - offset;
-  return bytes.subspan(offset, length < rest ? length : rest);
+  return {bytes.data() + offset, length < rest ? length : rest};
 }
 
 }  // namespace ecaudit

@@ -78,7 +78,7 @@ class EventSink {
   /// Whether it is worth to make such an event at all.
   template <class Event>
   [[nodiscard]] bool HasSubscribers() const {
-    return subscribers_[event_types::kNumber<Event>].size != 0;
+    return subscribers_.data()[event_types::kNumber<Event>].size != 0;
   }
 
  protected:
@@ -111,9 +111,10 @@ class EventSink {
  private:
   static void PublishOfMemory(const Subscribers& subscribers, const MemoryRange& range, const void* event) {
     Selection& selection = Select(subscribers, range);
+    const bool chosen = selection.range == range;
     ++selection.calling;
     for (const Listener* listener : selection.listeners) {
-      if (listener->range.Meets(range)) listener->call(*listener, event);
+      if (chosen || listener->range.Meets(range)) listener->call(*listener, event);
     }
     --selection.calling;
   }

@@ -18,7 +18,8 @@ struct DatagramPair {
         ordinal(n),
         any(whole.any()[n]),
         has_sent(whole.sent != nullptr && n < whole.sent->size()),
-        has_returned(whole.returned != nullptr) {}
+        has_returned(whole.returned != nullptr),
+        sent_(has_sent ? (*whole.sent)[n] : any) {}
 
   const bus::BusTransaction& transaction;
   std::size_t ordinal;
@@ -28,7 +29,8 @@ struct DatagramPair {
 
   [[nodiscard]] wire::Command command() const { return any.command(); }
   [[nodiscard]] EscAddress address() const { return any.ado(); }
-  [[nodiscard]] wire::DatagramView sent() const { return (*transaction.sent)[ordinal]; }
+  /// The outbound copy; only where has_sent.
+  [[nodiscard]] const wire::DatagramView& sent() const { return sent_; }
   [[nodiscard]] bool assumed() const { return transaction.assumed; }
   [[nodiscard]] std::uint16_t wkc() const { return has_returned ? any.wkc() : std::uint16_t{0}; }
   /// What the master wrote. Slaves leave the data of pure writes alone, so the returned copy will do.
@@ -54,6 +56,9 @@ struct DatagramPair {
     access.broadcast = wire::IsBroadcast(command());
     return access;
   }
+
+ private:
+  wire::DatagramView sent_;
 };
 
 }  // namespace ecaudit::track

@@ -28,8 +28,11 @@ class SlaveMailboxes {
   /// Slaves without a mailbox, and those of which only the AL state is polled, need no tracker.
   void OnAccess(const SlaveAccess& access) {
     Slave& slave = slaves_[access.slave];
-    if (!slave.tracker && (!MailboxTracker::Concerns(access) || TakesQuietly(slave, access))) return;
-    Need(access.slave).OnAccess(access);
+    if (slave.tracker) {
+      slave.tracker->OnAccess(access);
+    } else if (MailboxTracker::Concerns(access) && !TakesQuietly(slave, access)) {
+      Need(access.slave).OnAccess(access);
+    }
   }
   /// A frame was overtaken: see MailboxTracker::OnDoubtful().
   void OnDoubtful(const SlaveAccess& access) {
