@@ -18,6 +18,9 @@ enum class GapBefore : std::uint8_t {
   kCertain,   ///< the indices show it, or another master is there
 };
 
+/// Stands for a copy that is not in the capture.
+inline constexpr FrameRef kNotCaptured{};
+
 /// One frame's journey. The views are valid during the call that hands the transaction over.
 struct BusTransaction {
   const wire::FrameView* sent = nullptr;      ///< null: the outbound copy is not in the capture
@@ -34,10 +37,10 @@ struct BusTransaction {
 
   [[nodiscard]] const wire::FrameView& any() const { return returned != nullptr ? *returned : *sent; }
   [[nodiscard]] std::size_t size() const { return any().size(); }
-  [[nodiscard]] FrameRef sent_ref() const { return sent != nullptr ? sent->ref() : FrameRef{}; }
+  [[nodiscard]] const FrameRef& sent_ref() const { return sent != nullptr ? sent->ref() : kNotCaptured; }
   /// The first copy in the capture.
   [[nodiscard]] const FrameRef& first_ref() const { return sent != nullptr ? sent->ref() : returned->ref(); }
-  [[nodiscard]] FrameRef returned_ref() const { return returned != nullptr ? returned->ref() : FrameRef{}; }
+  [[nodiscard]] const FrameRef& returned_ref() const { return returned != nullptr ? returned->ref() : kNotCaptured; }
 };
 
 enum class Loss : std::uint8_t {

@@ -63,8 +63,9 @@ std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
   const std::uint16_t* before = slave_count_.if_known();
   const wire::FrameView& frame = d.transaction.any();
   const std::uint64_t sender = bus::SenderOf(frame);
-  segments_.OnCounted(sender);
   if (sender == counts_for_) counted_ = frame.ref();
+  if (before != nullptr && *before == count && sender == counts_for_) return std::nullopt;  // nearly always
+  segments_.OnCounted(sender);
   if (before != nullptr && *before == count) return std::nullopt;
   // At the other end of a redundant line frames pass no slave, or those beyond a break. The end with more of them
   // counts.

@@ -19,11 +19,6 @@ bool WritesControl(const wire::DatagramView& d) {
          CoversByte(d.ado(), d.length(), esc::kAlControl);
 }
 
-/// As std::has_single_bit(), which calls a function where the processor need not count bits by itself.
-bool IsOneBit(unsigned bits) {
-  return bits != 0 && (bits & (bits - 1)) == 0;
-}
-
 constexpr auto kInit = static_cast<std::uint8_t>(esc::AlState::INIT);
 
 }  // namespace
@@ -116,25 +111,25 @@ bool AlTracker::ConcernsAny(const DatagramPair& d) const {
 void AlTracker::OnBroadcastRead(const DatagramPair& d) {
   const std::uint16_t* count = addressing_.slave_count().if_known();
   if (count == nullptr || d.wkc() != *count) return;
-  const bool of_all = addressing_.ConcernsAll(d);
-  if (!of_all && !ConcernsAny(d)) return;
+  if (!addressing_.ConcernsAll(d) && !ConcernsAny(d)) return;
   if (d.has_sent) {
     // Bits that the master sent set would be taken for answers.
     const ByteSpan sent = d.sent().data();
     if (std::any_of(sent.begin(), sent.end(), [](std::uint8_t b) { return b != 0; })) return;
   }
-  Answer answer;
-  answer.frame = d.transaction.returned_ref();
-  answer.sent = d.transaction.sent_ref();
-  answer.data = Slice(d.any.data(), static_cast<std::size_t>(esc::kAlStatus - d.address()));
-  answer.status = answer.data[0];
-  answer.one_state = IsOneBit(answer.states());
+  const ByteSpan data = Slice(d.any.data(), static_cast<std::size_t>(esc::kAlStatus - d.address()));
+  const Answer answer{d.transaction.returned_ref(), d.transaction.sent_ref(), data, bus::SenderOf(d.transaction.any()),
+                      data[0]};
   events_.Publish(AlStatusOfAll{answer.frame, esc::AlWord{static_cast<std::uint16_t>(answer.status & 0x1FU)}, *count});
-  answer.sender = bus::SenderOf(d.transaction.any());
   SlaveId only = *count == 1 ? OnlySlave() : kNoSlave;
   if (only != kNoSlave && !addressing_.Concerns(only, d)) only = kNoSlave;
   const ByteSpan shown = only == kNoSlave ? answer.data.first(1) : answer.data;
-  if (TakesAgain(answer, shown, only)) return;
+  if (!TakesAgain(answer, shown, only)) CompareAll(d, answer, shown, only);
+}
+
+/// Of each slave that it concerns, what it shows against what is known.
+void AlTracker::CompareAll(const DatagramPair& d, const Answer& answer, ByteSpan shown, SlaveId only) {
+  const bool of_all = addressing_.ConcernsAll(d);
   const bool all_in_op = !answer.error() && answer.states() == static_cast<std::uint8_t>(esc::AlState::OP);
   if (of_all) gaps_.PresumeAll(all_in_op, answer.frame);
   poll_.version = 0;
@@ -158,7 +153,7 @@ void AlTracker::OnBroadcastRead(const DatagramPair& d) {
 bool AlTracker::TakesAgain(const Answer& answer, ByteSpan shown, SlaveId only) {
   if (poll_.version != Version() || poll_.sender != answer.sender || shown.size() != poll_.length) return false;
   if (!std::equal(shown.begin(), shown.end(), poll_.shown.begin())) return false;
-  if (gaps_.presumes() && (answer.error() || !answer.one_state)) return false;
+  if (gaps_.presumes() && (answer.error() || !answer.one_state())) return false;
   const AlPoll poll{answer.frame, esc::AlWord{answer.states()}, poll_.slaves};
   events_.Publish(poll);
   if (!poll.taken) return false;
@@ -176,7 +171,7 @@ SlaveId AlTracker::OnlySlave() const {
 
 bool AlTracker::Compare(SlaveId id, const Answer& answer) {
   const esc::AlWord* before = states_[id].al_status.if_known();
-  if (answer.one_state && !answer.error()) {
+  if (answer.one_state() && !answer.error()) {
     // Bits above the error bit are an OR of all: they show nothing of this slave.
     const bool same = before != nullptr && before->state() == answer.states() && !before->bit4();
     if (!same) {
@@ -188,7 +183,7 @@ bool AlTracker::Compare(SlaveId id, const Answer& answer) {
     events_.Publish(AlStatusRead{id, answer.frame, *before, *before, std::nullopt, true, answer.sent});
     return true;
   }
-  if (answer.one_state) {
+  if (answer.one_state()) {
     // The state is certain, whose error bit it is, is not.
     if (before != nullptr && before->state() == answer.states()) return true;
     Apply({id, answer.frame, esc::AlWord{answer.states()}, std::nullopt, std::nullopt, false, answer.sent});
@@ -206,7 +201,7 @@ bool AlTracker::CompareOnly(SlaveId id, const Answer& answer) {
   const std::optional<std::uint16_t> code = CodeIn(answer.data);
   const esc::AlWord* before = states_[id].al_status.if_known();
   const std::uint16_t* code_before = states_[id].al_status_code.if_known();
-  const bool same = before != nullptr && before->raw == status && answer.one_state && !answer.error() &&
+  const bool same = before != nullptr && before->raw == status && answer.one_state() && !answer.error() &&
                     (!code || (code_before != nullptr && *code_before == *code));
   Apply({id, answer.frame, esc::AlWord{status}, std::nullopt, code, true, answer.sent});
   if (same) poll_.slaves.push_back(id);

@@ -48,14 +48,17 @@ class AlTracker {
  private:
   /// AL Status to AL Status Code.
   static constexpr std::size_t kShown = 6;
+  /// As std::has_single_bit(), which calls a function where the processor need not count bits by itself.
+  [[nodiscard]] static bool IsOneBit(unsigned bits) { return bits != 0 && (bits & (bits - 1)) == 0; }
   struct Answer {  // of all slaves
-    FrameRef frame;
-    FrameRef sent;  // the frame that asked
-    ByteSpan data;  // from AL Status on
-    std::uint8_t status = 0;
-    bool one_state = false;  // all slaves are in it
+    const FrameRef& frame;
+    const FrameRef& sent;  // the frame that asked
+    ByteSpan data;         // from AL Status on
     std::uint64_t sender = 0;
+    std::uint8_t status = 0;
 
+    /// All slaves are in it.
+    [[nodiscard]] bool one_state() const { return IsOneBit(states()); }
     [[nodiscard]] std::uint8_t states() const { return status & 0x0FU; }
     [[nodiscard]] bool error() const { return (status & 0x10U) != 0; }
   };
@@ -74,6 +77,7 @@ class AlTracker {
   [[nodiscard]] SlaveId OnlySlave() const;
   [[nodiscard]] bool ConcernsAny(const DatagramPair& d) const;
   [[nodiscard]] bool TakesAgain(const Answer& answer, ByteSpan shown, SlaveId only);
+  [[gnu::noinline]] void CompareAll(const DatagramPair& d, const Answer& answer, ByteSpan shown, SlaveId only);
   /// @return false: something of the slave had to be reported
   bool Compare(SlaveId id, const Answer& answer);
   bool CompareOnly(SlaveId id, const Answer& answer);

@@ -29,7 +29,7 @@ struct DatagramPair {
 
   [[nodiscard]] wire::Command command() const { return any.command(); }
   [[nodiscard]] EscAddress address() const { return any.ado(); }
-  /// The outbound copy; only where has_sent.
+  /// The outbound copy; where the capture has none, the other one.
   [[nodiscard]] const wire::DatagramView& sent() const { return sent_; }
   [[nodiscard]] bool assumed() const { return transaction.assumed; }
   [[nodiscard]] std::uint16_t wkc() const { return has_returned ? any.wkc() : std::uint16_t{0}; }
@@ -43,18 +43,18 @@ struct DatagramPair {
   [[nodiscard]] bool CoversByte(EscAddress byte) const { return track::CoversByte(address(), any.length(), byte); }
 
   [[nodiscard]] SlaveAccess Access(SlaveId slave, Acceptance acceptance) const {
-    SlaveAccess access;
-    access.slave = slave;
-    access.sent = transaction.sent_ref();
-    access.returned = transaction.returned_ref();
-    access.command = command();
-    access.datagram = any.ordinal();
-    access.address = address();
-    access.written = written();
-    if (acceptance == Acceptance::kAccepted) access.read = read();
-    access.acceptance = acceptance;
-    access.broadcast = wire::IsBroadcast(command());
-    return access;
+    return {
+        .slave = slave,
+        .sent = transaction.sent_ref(),
+        .returned = transaction.returned_ref(),
+        .command = command(),
+        .datagram = any.ordinal(),
+        .address = address(),
+        .written = written(),
+        .read = acceptance == Acceptance::kAccepted ? read() : ByteSpan{},
+        .acceptance = acceptance,
+        .broadcast = wire::IsBroadcast(command()),
+    };
   }
 
  private:

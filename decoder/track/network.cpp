@@ -92,7 +92,7 @@ void Network::MeetPresumed(const FrameRef& frame) {
 }
 
 LogicalAccess Network::LogicalAccessOf(const DatagramPair& d) {
-  const wire::DatagramView sent = d.has_sent ? d.sent() : d.any;
+  const wire::DatagramView& sent = d.sent();
   return {
       .command = d.command(),
       .address = d.any.logical_address(),
@@ -121,7 +121,7 @@ void Network::OnLogical(const DatagramPair& d) {
 }
 
 Answered Network::AnswerOf(const DatagramPair& d, SlaveId slave) const {
-  const wire::DatagramView sent = d.has_sent ? d.sent() : d.any;
+  const wire::DatagramView& sent = d.sent();
   const std::uint16_t* count = wire::IncrementsAdp(d.command()) ? slave_count().if_known() : nullptr;
   // What is sent at the other end of a redundant line.
   const bool passed_no_slave = count != nullptr && wire::IsBroadcast(d.command()) && d.has_sent && d.has_returned &&

@@ -24,7 +24,7 @@ class SlaveStates {
   /// @param mappings receives each change of a sync manager or FMMU
   explicit SlaveStates(MappingCache& mappings) : mappings_(mappings) {}
 
-  [[nodiscard]] std::size_t size() const { return states_.size(); }
+  [[nodiscard]] std::size_t size() const { return by_id_.size(); }
   [[nodiscard]] const SlaveState& operator[](SlaveId id) const { return *by_id_[id]; }
   [[nodiscard]] SlaveState& operator[](SlaveId id) { return *by_id_[id]; }
   /// Cost so far of handing something to every slave.
