@@ -15,30 +15,38 @@ constexpr std::size_t kLookAheadBytes = std::size_t{4} << 20U;
 TrafficReader::Got TrafficReader::Next() noexcept {
   if (!pairing_) {
     if (const Got got = LookAhead(); got == Got::kNothing) return got;
-    AcceptLengths();
-    FixDirections();
-    pairing_.emplace(directions_, sink_);
+    Begin();
   }
-  if (next_early_ < early_.size()) {
-    const Early& early = early_[next_early_++];
-    early_view_.Rebase(early.view, early.bytes);
-    packet_ = &early_view_;
-    return Got::kPacket;
-  }
-  if (!early_.empty()) early_ = {};
-  next_early_ = 0;
-  capture::CapturedFrame packet;
-  const Got got = Read(packet);
-  if (got == Got::kPacket) packet_ = &parser_.Parse(packet);
+  if (!early_.empty() && NextEarly()) return Got::kPacket;
+  const Got got = Read();
+  if (got == Got::kPacket) packet_ = &parser_.Parse(read_packet_);
   return got;
+}
+
+/// @return false: all of them were handed over
+bool TrafficReader::NextEarly() noexcept {
+  if (next_early_ == early_.size()) {
+    early_ = {};
+    return false;
+  }
+  const Early& early = early_[next_early_++];
+  early_view_.Rebase(early.view, early.bytes);
+  packet_ = &early_view_;
+  return true;
+}
+
+/// The directions can be fixed.
+void TrafficReader::Begin() noexcept {
+  AcceptLengths();
+  FixDirections();
+  pairing_.emplace(directions_, sink_);
 }
 
 /// @return kNothing: more packets have to be looked at
 TrafficReader::Got TrafficReader::LookAhead() noexcept {
-  capture::CapturedFrame packet;
-  const Got got = Read(packet);
+  const Got got = Read();
   if (got != Got::kPacket) return got;
-  const wire::FrameView& view = parser_.Parse(packet);
+  const wire::FrameView& view = parser_.Parse(read_packet_);
   if (view.kind() != wire::FrameKind::kOther) ++early_ethercat_;
   early_.push_back({view, {view.bytes().begin(), view.bytes().end()}});
   early_bytes_ += view.bytes().size();
@@ -106,7 +114,8 @@ bool TrafficReader::IsOfLaterSection(const wire::FrameView& packet) const noexce
          interfaces[packet.interface_index()].section > interfaces.front().section;
 }
 
-TrafficReader::Got TrafficReader::Read(capture::CapturedFrame& packet) noexcept {
+TrafficReader::Got TrafficReader::Read() noexcept {
+  capture::CapturedFrame& packet = read_packet_;
   const bool stopped = stop_ != nullptr && stop_->load(std::memory_order_relaxed);
   ended_ = ended_ || stopped || source_.Next(packet) != capture::ReadStatus::kFrame;
   if (ended_) return Got::kEnd;

@@ -60,9 +60,12 @@ class TrafficReader {
     std::vector<std::uint8_t> bytes;
   };
 
-  [[nodiscard]] Got Read(capture::CapturedFrame& packet) noexcept;
+  [[nodiscard]] Got Read() noexcept;
   [[nodiscard]] bool IsInRange(const capture::CapturedFrame& packet) const noexcept;
-  [[nodiscard]] Got LookAhead() noexcept;
+  // While the capture begins.
+  [[nodiscard, gnu::noinline]] Got LookAhead() noexcept;
+  [[gnu::noinline]] void Begin() noexcept;
+  [[nodiscard, gnu::noinline]] bool NextEarly() noexcept;
   void AcceptLengths() noexcept;
   void FixDirections() noexcept;
   [[nodiscard]] bool IsOfLaterSection(const wire::FrameView& packet) const noexcept;
@@ -75,7 +78,8 @@ class TrafficReader {
   std::uint64_t read_ = 0;
   FrameRef origin_;
   bool ended_ = false;
-  const wire::FrameView* packet_ = nullptr;
+  capture::CapturedFrame read_packet_;       ///< as the source gave it last
+  const wire::FrameView* packet_ = nullptr;  ///< the one that was handed over last
   wire::FrameParser parser_;
   std::vector<Early> early_;  ///< those before next_early_ were handed over
   std::size_t next_early_ = 0;

@@ -47,12 +47,8 @@ bool FrameParser::Fits(const Shape& shape, const capture::CapturedFrame& frame, 
 }
 
 const FrameView& FrameParser::Parse(const capture::CapturedFrame& frame) noexcept {
-  if (frame.fcs_bytes != 0) return Parse(frame.WithoutFcs());
-  if (!IsPlain(frame)) {
-    other_ = FrameView::Parse(frame);
-    if (accepts_lengths_) other_.AcceptLength();
-    return other_;
-  }
+  if (frame.fcs_bytes != 0) return ParseWithFcs(frame);
+  if (!IsPlain(frame)) return ParseAlone(frame);
   std::uint64_t key = 0;
   std::size_t found = shapes_[last_].next;
   if (!Fits(shapes_[found], frame, key)) {
@@ -67,9 +63,18 @@ const FrameView& FrameParser::Parse(const capture::CapturedFrame& frame) noexcep
   return view;
 }
 
-const FrameView& FrameParser::ParseAnew(const capture::CapturedFrame& frame) noexcept {
+const FrameView& FrameParser::ParseWithFcs(const capture::CapturedFrame& frame) noexcept {
+  return Parse(frame.WithoutFcs());
+}
+
+const FrameView& FrameParser::ParseAlone(const capture::CapturedFrame& frame) noexcept {
   other_ = FrameView::Parse(frame);
   if (accepts_lengths_) other_.AcceptLength();
+  return other_;
+}
+
+const FrameView& FrameParser::ParseAnew(const capture::CapturedFrame& frame) noexcept {
+  (void)ParseAlone(frame);
   if (other_.kind() != FrameKind::kEtherCat || other_.size() > kDatagrams || other_.vlan_tags() > 0 ||
       other_.encapsulation() != Encapsulation::kEthernet || other_.esl().present) {
     return other_;

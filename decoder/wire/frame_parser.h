@@ -37,7 +37,10 @@ class FrameParser {
   };
 
   [[nodiscard]] static bool Fits(const Shape& shape, const capture::CapturedFrame& frame, std::uint64_t& key) noexcept;
-  const FrameView& ParseAnew(const capture::CapturedFrame& frame) noexcept;
+  // Seldom, and so no part of Parse().
+  [[gnu::noinline]] const FrameView& ParseWithFcs(const capture::CapturedFrame& frame) noexcept;
+  [[gnu::noinline]] const FrameView& ParseAlone(const capture::CapturedFrame& frame) noexcept;
+  [[gnu::noinline]] const FrameView& ParseAnew(const capture::CapturedFrame& frame) noexcept;
 
   std::array<Shape, kShapes> shapes_;
   std::size_t last_ = 0;   ///< shape of the frame before
