@@ -41,30 +41,30 @@ bool CyclicImage::SentNext(FrameNo frame) const {
 
 bool CyclicImage::Add(const FrameTime& time, bool was_sent, bool taken, bool in_op) {
   if (time.frame.number == last.frame.number) return false;
-  const FrameTime from = last;
+  const Intervals since(last, time);
+  const FrameRef from = last.frame;
   const bool next = was_sent ? last_was_sent && SentNext(time.frame.number) : !last_was_sent;
   last = time;
   last_was_sent = was_sent;
-  gap_from = from.frame.number;
-  gap = Between(from, time);
+  gap_from = from.number;
+  gap = since.Best();
   const bool both_in_op = std::exchange(in_op_, in_op) && in_op;
   if (in_op && !both_in_op) op_intervals_ = kept_ = 0;
-  const bool counts = next && from.frame.seen();
-  if (counts) AddInterval(from, time);
-  rhythm = BetweenBy(rhythm_base(), from, time);
+  const bool counts = next && from.seen();
+  if (counts) AddInterval(since, from, time.frame);
+  rhythm = since.By(rhythm_base());
   if (counts && taken && rhythm.base != TimeBase::kNone) Note(rhythm.ns, both_in_op);
   has_nominal_ = nominal_of >= kEnoughIntervals && nominal_ns > 0 && (!in_op_ || holds_in_op());
   return counts;
 }
 
-void CyclicImage::AddInterval(const FrameTime& from, const FrameTime& to) {
-  if (from.dc && to.dc) {
-    if (const auto ns = Forward(*from.dc, *to.dc)) by_dc.Add(*ns, from.frame, to.frame);
-  }
-  if (from.esl && to.esl && *to.esl >= *from.esl) by_esl.Add(*to.esl - *from.esl, from.frame, to.frame);
-  if (from.stamp && to.stamp && *to.stamp >= *from.stamp) {
-    by_stamp.Add(Elapsed(*from.stamp, *to.stamp), from.frame, to.frame);
-  }
+void CyclicImage::AddInterval(const Intervals& since, const FrameRef& from, const FrameRef& to) {
+  const auto add = [&](IntervalStatistics& statistics, const Interval& interval) {
+    if (interval.base != TimeBase::kNone) statistics.Add(interval.ns, from, to);
+  };
+  add(by_dc, since.By(TimeBase::kDc));
+  add(by_esl, since.By(TimeBase::kEsl));
+  add(by_stamp, since.By(TimeBase::kCapture));
 }
 
 void CyclicImage::Note(TimeNs interval, bool in_op) {

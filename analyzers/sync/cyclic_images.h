@@ -59,7 +59,7 @@ struct CyclicImage {
   /// would else count as cycles without data.
   [[nodiscard]] bool SentNext(FrameNo frame) const;
   /// Each clock for itself: which is best is known when all is measured.
-  void AddInterval(const FrameTime& from, const FrameTime& to);
+  void AddInterval(const Intervals& since, const FrameRef& from, const FrameRef& to);
   [[nodiscard]] bool holds_in_op() const {
     return op_intervals_ >= kEnoughIntervals || (op_intervals_ > 0 && 2 * kept_ >= op_intervals_);
   }

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "analyzers/sync/time_base.h"
+#include "decoder/esc/register_addresses.h"
 #include "decoder/track/events.h"
 
 namespace ecaudit::sync {
@@ -14,6 +15,10 @@ namespace ecaudit::sync {
 /// be seen, so after a pause of the reads of more than that (by the stamps) a new epoch begins.
 class DcClock {
  public:
+  /// Whether the answer holds the low half of the time, which On() needs.
+  [[nodiscard]] static bool Concerns(const track::Answered& answer) {
+    return answer.address <= esc::kSystemTime && answer.address + answer.length >= esc::kSystemTime + 4;
+  }
   /// A sample of the reference clock, if this answer holds one.
   std::optional<DcTime> On(const track::Answered& answer);
   /// The clock of `slave` was set (0x0920 or 0x0928 written).

@@ -31,8 +31,7 @@ void OutputMeter::Feed(SlaveId id, OutputWatch& watch, const DcUnit& dc, const F
                        const CyclicImage* image) {
   // What comes late was in its place when it was sent.
   if (watch.seen && at_hand.time().frame.number <= watch.last.frame.number) return;
-  const model::AlMachine& al = bus_.slave(id).al;
-  const bool in_op = al.SettledIn(esc::AlState::OP);
+  const bool in_op = bus_.slave(id).al.SettledIn(esc::AlState::OP);
   if (watch.Waits() && (in_op || watch.fell.seen())) FollowInterval(id, watch, dc, at_hand, image, in_op);
   const bool counts = dc.pulse_cycle_ns() > 0 && at_hand.dc();
   if (in_op && counts) {
@@ -40,13 +39,18 @@ void OutputMeter::Feed(SlaveId id, OutputWatch& watch, const DcUnit& dc, const F
     MeasurePhase(id, watch, dc, at_hand);
   } else {
     watch.phase.End();
-    // Before OP nothing is reported of it, but a slave that does not reach OP may have its reason there.
-    const auto doubt = counts && al.SettledIn(esc::AlState::SAFEOP) ? DoubtOf(at_hand) : std::nullopt;
-    if (doubt && !watch.in_safeop) watch.safeop_phase = std::make_unique<Sync0Phase>();
-    watch.in_safeop = doubt.has_value();
-    if (doubt) Place(id, *watch.safeop_phase, dc, at_hand, *doubt);
+    watch.in_safeop = watch.in_safeop && counts;
+    if (counts) MeasureBeforeOp(id, watch, dc, at_hand);
   }
   watch.Add(at_hand.time(), at_hand.sent().number, image, in_op);
+}
+
+/// Before OP nothing is reported of it, but a slave that does not reach OP may have its reason there.
+void OutputMeter::MeasureBeforeOp(SlaveId id, OutputWatch& watch, const DcUnit& dc, const FrameAtHand& at_hand) {
+  const auto doubt = bus_.slave(id).al.SettledIn(esc::AlState::SAFEOP) ? DoubtOf(at_hand) : std::nullopt;
+  if (doubt && !watch.in_safeop) watch.safeop_phase = std::make_unique<Sync0Phase>();
+  watch.in_safeop = doubt.has_value();
+  if (doubt) Place(id, *watch.safeop_phase, dc, at_hand, *doubt);
 }
 
 [[gnu::always_inline]] inline void OutputMeter::FollowInterval(SlaveId id, OutputWatch& watch, const DcUnit& dc,
@@ -56,13 +60,7 @@ void OutputMeter::Feed(SlaveId id, OutputWatch& watch, const DcUnit& dc, const F
   const bool follows = watch.Follows(image);
   const Interval gap = watch.GapTo(time, follows);
   const TimeNs limit = watch.GapLimit(image);
-  if (gap.base != TimeBase::kNone && limit > 0 && gap.ns >= limit) {
-    OutputGap event = watch.Describe(id, gap);
-    event.uncertainty_ns = trust_.UncertaintyOfPause(gap.base);
-    event.after = time.frame;
-    event.unreturned = Unreturned(id, watch.last_sent, at_hand.sent().number);
-    sink_.Publish(event);
-  }
+  if (gap.base != TimeBase::kNone && limit > 0 && gap.ns >= limit) ReportGap(id, watch, at_hand, gap);
   const bool by_sync0 = dc.generates_sync0();
   // The grid begins again when its cycles do.
   if (!in_op || !watch.in_op || by_sync0) watch.grid.End();
@@ -73,6 +71,14 @@ void OutputMeter::Feed(SlaveId id, OutputWatch& watch, const DcUnit& dc, const F
     watch.rate.Add(rhythm, watch.last.frame, time.frame);
   }
   if (!by_sync0) MeasureArrival(id, watch, at_hand, rhythm);
+}
+
+void OutputMeter::ReportGap(SlaveId id, const OutputWatch& watch, const FrameAtHand& at_hand, const Interval& gap) {
+  OutputGap event = watch.Describe(id, gap);
+  event.uncertainty_ns = trust_.UncertaintyOfPause(gap.base);
+  event.after = at_hand.time().frame;
+  event.unreturned = Unreturned(id, watch.last_sent, at_hand.sent().number);
+  sink_.Publish(event);
 }
 
 void OutputMeter::RenewRate(SlaveId id, OutputWatch& watch, const DcUnit& dc, FrameNo sent) {

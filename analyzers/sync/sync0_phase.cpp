@@ -84,9 +84,10 @@ std::optional<std::uint64_t> Sync0Phase::StartOf(const SyncSettings& settings, c
 }
 
 /// What was found stays found.
-void Sync0Phase::ForgetStatistics(TimeNs origin) {
+void Sync0Phase::BeginStatistics(TimeNs phase, std::int64_t cycle) {
   begins_anew_ = false;
-  origin_ = origin;
+  origin_ = min_ = max_ = phase;
+  margin_ = cycle;
   frames_ = 0;
   sum_ = squares_ = 0;
   bins_ = {};
@@ -98,32 +99,6 @@ void Sync0Phase::CountMisses(const Arrival& arrival, bool undecided) {
   misses_.doubled += arrival.doubled ? 1 : 0;
   misses_.longest = std::max(misses_.longest, arrival.empty);
   misses_.undecided += undecided ? 1 : 0;
-}
-
-void Sync0Phase::Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle) {
-  if (begins_anew_) [[unlikely]]
-    ForgetStatistics(phase);
-  const TimeNs margin = std::min(phase, cycle - phase);
-  if (frames_ == 0 || phase < min_) min_ = phase;
-  if (frames_ == 0 || phase > max_) max_ = phase;
-  if (frames_ == 0 || margin < margin_) {
-    margin_ = margin;
-    margin_frame_ = frame;
-  }
-  ++frames_;
-  const TimeNs apart = Apart(phase, cycle);
-  sum_ += apart;
-  squares_ += Signed128{apart} * apart;
-  ++bins_[BinOf(phase, cycle)];
-}
-
-std::size_t Sync0Phase::BinOf(TimeNs phase, std::int64_t cycle) const {
-  // Divisions of 32 bit are several times as fast.
-  const auto scaled = static_cast<std::uint64_t>(phase) * bins_.size();
-  const std::uint64_t bin = scaled <= UINT32_MAX
-                                ? static_cast<std::uint32_t>(scaled) / static_cast<std::uint32_t>(cycle)
-                                : scaled / static_cast<std::uint64_t>(cycle);
-  return std::min<std::uint64_t>(bin, bins_.size() - 1);
 }
 
 /// Near a pulse it is unknown on which side of it the frame arrived.

@@ -100,6 +100,7 @@ class Sync0Phase {
   /// How well the slaves' clocks agree with the reference if nothing better is known: what counts as synchronised.
   static constexpr TimeNs kClocksAgree = 1000;
   static constexpr std::int64_t kNever = std::int64_t{1} << 62U;
+  static constexpr std::size_t kBins = 50;
 
   /// How many pulses were before a frame.
   struct Slot {
@@ -112,7 +113,8 @@ class Sync0Phase {
     FrameRef frame;
   };
 
-  [[gnu::cold]] void ForgetStatistics(TimeNs origin);
+  /// @param phase of the first frame
+  [[gnu::cold, gnu::noinline]] void BeginStatistics(TimeNs phase, std::int64_t cycle);
   void Follow(const SyncSettings& settings, const FrameRef& frame, const DcTime& now, bool wide);
   [[nodiscard]] static std::optional<std::uint64_t> StartOf(const SyncSettings& settings, const FrameRef& frame,
                                                             const DcTime& now, bool wide);
@@ -124,7 +126,22 @@ class Sync0Phase {
   [[nodiscard]] static TimeNs UncertaintyOf(const DcUnit& unit) {
     return std::max<TimeNs>(kClocksAgree, unit.last_difference_ns().value_or(0));
   }
-  void Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle);
+  void Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle) {
+    if (begins_anew_) [[unlikely]]
+      BeginStatistics(phase, cycle);
+    if (phase < min_) min_ = phase;
+    if (phase > max_) max_ = phase;
+    const TimeNs margin = std::min(phase, cycle - phase);
+    if (margin < margin_) {
+      margin_ = margin;
+      margin_frame_ = frame;
+    }
+    ++frames_;
+    const TimeNs apart = Apart(phase, cycle);
+    sum_ += apart;
+    squares_ += Signed128{apart} * apart;
+    ++bins_[BinOf(phase, cycle)];
+  }
   void CountMisses(const Arrival& arrival, bool undecided);
   /// From the first frame, the shorter way round.
   [[nodiscard]] TimeNs Apart(TimeNs phase, std::int64_t cycle) const {
@@ -133,7 +150,14 @@ class Sync0Phase {
     if (2 * apart < -cycle) apart += cycle;
     return apart;
   }
-  [[nodiscard]] std::size_t BinOf(TimeNs phase, std::int64_t cycle) const;
+  [[nodiscard]] static std::size_t BinOf(TimeNs phase, std::int64_t cycle) {
+    // Divisions of 32 bit are several times as fast.
+    const auto scaled = static_cast<std::uint64_t>(phase) * kBins;
+    const std::uint64_t bin = scaled <= UINT32_MAX
+                                  ? static_cast<std::uint32_t>(scaled) / static_cast<std::uint32_t>(cycle)
+                                  : scaled / static_cast<std::uint64_t>(cycle);
+    return std::min<std::uint64_t>(bin, kBins - 1);
+  }
   [[nodiscard]] std::int64_t PulsesBefore(std::int64_t since, std::int64_t cycle);
   static Slot SlotOf(std::int64_t since, std::int64_t pulses, std::int64_t cycle, TimeNs uncertainty);
   void Place(Arrival& arrival, const Slot& slot);
@@ -157,7 +181,7 @@ class Sync0Phase {
   Signed128 squares_ = 0;  // ... of its squares
   TimeNs min_ = 0, max_ = 0, margin_ = 0, uncertainty_ = 0;
   FrameRef margin_frame_;
-  std::array<std::uint64_t, 50> bins_{};
+  std::array<std::uint64_t, kBins> bins_{};
 };
 
 }  // namespace ecaudit::sync

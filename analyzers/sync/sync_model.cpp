@@ -117,6 +117,7 @@ void SyncModel::ReadStatusWords(const track::LogicalAccess& access) {
 void SyncModel::On(const track::Answered& answer) {
   if (!answer.returned.seen()) return;  // there is no answer to measure
   BeginFrame(answer.sent, answer.returned);
+  if (!DcClock::Concerns(answer)) return;
   if (const auto time = clock_.On(answer)) at_hand_.SetTime(*time);
 }
 

@@ -81,13 +81,37 @@ struct Interval {
   return {};
 }
 
-/// From `a` to `b` by the best clock that both have, for a single pause; kNone when there is none, or when it runs
-/// backwards. If the reference clock was set in between, it measures nothing: some masters set it in each cycle. What
-/// is compared with other intervals keeps to one clock: CyclicImage::rhythm_base().
+/// From one frame to another, by each clock.
+class Intervals {
+ public:
+  Intervals(const FrameTime& a, const FrameTime& b)
+      : dc_(BetweenBy(TimeBase::kDc, a, b)),
+        esl_(BetweenBy(TimeBase::kEsl, a, b)),
+        stamp_(BetweenBy(TimeBase::kCapture, a, b)),
+        same_epoch_(a.dc && b.dc && a.dc->epoch == b.dc->epoch) {}
+
+  /// By this clock, as BetweenBy().
+  [[nodiscard]] Interval By(TimeBase base) const {
+    if (base == TimeBase::kDc) return dc_;
+    if (base == TimeBase::kEsl) return esl_;
+    return base == TimeBase::kCapture ? stamp_ : Interval{};
+  }
+  /// By the best clock that both have, for a single pause; kNone when there is none, or when it runs backwards. If the
+  /// reference clock was set in between, it measures nothing: some masters set it in each cycle. What is compared with
+  /// other intervals keeps to one clock: CyclicImage::rhythm_base().
+  [[nodiscard]] Interval Best() const {
+    if (same_epoch_) return dc_;
+    return esl_.base != TimeBase::kNone ? esl_ : stamp_;
+  }
+
+ private:
+  Interval dc_, esl_, stamp_;
+  bool same_epoch_;
+};
+
+/// Intervals::Best() of the two.
 [[nodiscard]] inline Interval Between(const FrameTime& a, const FrameTime& b) {
-  if (a.dc && b.dc && a.dc->epoch == b.dc->epoch) return BetweenBy(TimeBase::kDc, a, b);
-  const Interval esl = BetweenBy(TimeBase::kEsl, a, b);
-  return esl.base != TimeBase::kNone ? esl : BetweenBy(TimeBase::kCapture, a, b);
+  return Intervals(a, b).Best();
 }
 
 }  // namespace ecaudit::sync
