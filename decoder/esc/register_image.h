@@ -72,13 +72,23 @@ class RegisterImage {
                   }
                 });
   }
-  /// Makes everything unknown (power cycle, another slave at this place).
-  void Clear() {
-    if (allowance_ != nullptr) {
-      const auto held = std::count_if(pages_.begin(), pages_.end(), [](const auto& page) { return page != nullptr; });
-      allowance_->GiveBack(static_cast<std::size_t>(held));
+  /// Makes everything unknown (another slave at this place).
+  void Clear() { ClearFrom(0); }
+  /// Makes everything from `address` on unknown. @param address in the first page
+  void ClearFrom(std::size_t address) {
+    const auto stays = [&](const auto& page) {
+      return &page == &pages_[0] && page &&
+             std::any_of(page->certainty.begin(), page->certainty.begin() + address,
+                         [](Certainty certainty) { return certainty != Certainty::kUnknown; });
+    };
+    std::size_t dropped = 0;
+    for (auto& page : pages_) {
+      if (!page || stays(page)) continue;
+      page.reset();
+      ++dropped;
     }
-    pages_ = {};
+    if (allowance_ != nullptr) allowance_->GiveBack(dropped);
+    Forget(static_cast<EscAddress>(address), kPageSize - address);
   }
 
   /// Certainty of the least certain byte of [address, address + length); kUnknown for no byte at all.

@@ -20,6 +20,15 @@ bool WritesControl(const wire::DatagramView& d) {
 }
 
 constexpr auto kInit = static_cast<std::uint8_t>(esc::AlState::INIT);
+constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
+constexpr auto kOp = static_cast<std::uint8_t>(esc::AlState::OP);
+
+/// @param states of one slave, or the OR of several
+CaptureGaps::Still StillOf(std::uint8_t states, bool error) {
+  if (states == kOp && !error) return CaptureGaps::Still::kInOp;
+  const bool exchange = states != 0 && (states & ~(kSafeop | kOp)) == 0;
+  return exchange ? CaptureGaps::Still::kMapped : CaptureGaps::Still::kNo;
+}
 
 }  // namespace
 
@@ -130,15 +139,15 @@ void AlTracker::OnBroadcastRead(const DatagramPair& d) {
 /// Of each slave that it concerns, what it shows against what is known.
 void AlTracker::CompareAll(const DatagramPair& d, const Answer& answer, ByteSpan shown, SlaveId only) {
   const bool of_all = addressing_.ConcernsAll(d);
-  const bool all_in_op = !answer.error() && answer.states() == static_cast<std::uint8_t>(esc::AlState::OP);
-  if (of_all) gaps_.PresumeAll(all_in_op, answer.frame);
+  const CaptureGaps::Still still = StillOf(answer.states(), answer.error());
+  if (of_all) gaps_.PresumeAll(still, answer.frame);
   poll_.version = 0;
   poll_.slaves.clear();
   bool all_same = true;
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
     if (!addressing_.OnBus(id) || (!of_all && !addressing_.Concerns(id, d))) continue;
-    if (!of_all) gaps_.Presume(id, all_in_op, answer.frame);
+    if (!of_all) gaps_.Presume(id, still, answer.frame);
     const bool same = id == only ? CompareOnly(id, answer) : Compare(id, answer);
     all_same = all_same && same;
   }
@@ -210,7 +219,7 @@ bool AlTracker::CompareOnly(SlaveId id, const Answer& answer) {
 
 void AlTracker::Apply(const AlStatusRead& read) {
   states_.work().Take(1);
-  gaps_.Presume(read.slave, read.status.raw == static_cast<std::uint16_t>(esc::AlState::OP), read.frame);
+  gaps_.Presume(read.slave, StillOf(read.status.state(), read.status.bit4()), read.frame);
   gaps_.OnState(read.slave, read.status, read.frame);
   AlStatusRead event = read;
   SlaveState& state = states_[read.slave];

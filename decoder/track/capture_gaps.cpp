@@ -5,13 +5,14 @@
 
 namespace ecaudit::track {
 
-void CaptureGaps::OnGap(const FrameRef& frame, bus::GapBefore gap) {
+void CaptureGaps::OnGap(const FrameRef& frame, const FrameRef& before, bus::GapBefore gap) {
   const bool certain = gap == bus::GapBefore::kCertain;
   const bool skip = gap == bus::GapBefore::kSkip;
   // The models of all slaves receive it, too.
   states_.work().Take(states_.size());
   Note(frame, skip || gap == bus::GapBefore::kRounds);
-  events_.Publish(CaptureGap{frame, certain, skip});
+  const CaptureGap event{frame, certain, skip, before};
+  events_.Publish(event);
   // A command to the EEPROM lasts for a few frames: its answer may belong to another one.
   for (std::size_t s = 0; skip && s < states_.size(); ++s) states_[static_cast<SlaveId>(s)].sii.Forget();
   if (!certain) return;
@@ -19,16 +20,27 @@ void CaptureGaps::OnGap(const FrameRef& frame, bus::GapBefore gap) {
   addressing_.ForgetCount(frame.number);
   for (std::size_t s = 0; s < states_.size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
-    SlaveState& state = states_[id];
-    const esc::AlWord* status = state.al_status.if_known();
-    if (!state.presumed && status != nullptr && status->raw == static_cast<std::uint16_t>(esc::AlState::OP)) {
-      state.presumed = true;
-      ++presumed_;
-      mailboxes_.Forget(id, frame);
-    } else if (!addressing_.slaves()[id].replaced) {
-      Forget(id, frame);
+    const Presumed presumed = PresumedOver(id, event);
+    if (presumed == Presumed::kNothing) {
+      if (!addressing_.slaves()[id].replaced) Forget(id, frame, true);
+      continue;
+    }
+    states_[id].presumed = presumed;
+    ++presumed_;
+    mailboxes_.Forget(id, frame);
+    if (presumed == Presumed::kMapping && states_.ForgetAl(id, frame.number)) {
+      events_.Publish(AlStateForgotten{id, frame, false});
     }
   }
+}
+
+CaptureGaps::Presumed CaptureGaps::PresumedOver(SlaveId id, const CaptureGap& gap) const {
+  const SlaveState& state = states_[id];
+  const esc::AlWord* status = state.al_status.if_known();
+  if (status == nullptr || state.presumed != Presumed::kNothing) return Presumed::kNothing;
+  if (status->raw == static_cast<std::uint16_t>(esc::AlState::OP)) return Presumed::kAll;
+  const bool mapped = status->raw == static_cast<std::uint16_t>(esc::AlState::SAFEOP);
+  return mapped && gap.is_short() ? Presumed::kMapping : Presumed::kNothing;
 }
 
 bool CaptureGaps::AnyBetween(FrameNo from, FrameNo to, bool with_skips) const {
@@ -42,30 +54,32 @@ bool CaptureGaps::AnyBetween(FrameNo from, FrameNo to, bool with_skips) const {
 
 void CaptureGaps::OnOtherRecording(const FrameRef& frame) {
   Note(frame, false);
-  events_.Publish(CaptureGap{frame, true});
+  events_.Publish(CaptureGap{frame, true, false, {}});
   states_.ForgetForLater();
   addressing_.ForgetCount(frame.number);
   for (std::size_t s = 0; s < states_.size(); ++s) Forget(static_cast<SlaveId>(s), frame);
 }
 
-void CaptureGaps::Settle(SlaveId id, bool still_so, const FrameRef& frame) {
-  if (!still_so) {
-    Forget(id, frame);
+void CaptureGaps::Settle(SlaveId id, Still still, const FrameRef& frame) {
+  const bool holds = still == Still::kInOp || (still == Still::kMapped && states_[id].presumed == Presumed::kMapping);
+  if (!holds) {
+    Forget(id, frame, true);
     return;
   }
-  states_[id].presumed = false;
+  states_[id].presumed = Presumed::kNothing;
   --presumed_;
 }
 
-void CaptureGaps::SettleAll(bool still_so, const FrameRef& frame) {
-  for (std::size_t s = 0; s < states_.size() && presumed_ > 0; ++s) Presume(static_cast<SlaveId>(s), still_so, frame);
+void CaptureGaps::SettleAll(Still still, const FrameRef& frame) {
+  for (std::size_t s = 0; s < states_.size() && presumed_ > 0; ++s) Presume(static_cast<SlaveId>(s), still, frame);
 }
 
 void CaptureGaps::OnLogical(const DatagramPair& d) {
   const std::uint32_t address = d.any.logical_address();
   Habit& habit = habits_[(address >> 8U ^ address ^ static_cast<std::uint32_t>(d.command())) % habits_.size()];
   const bool same = habit.command == d.command() && habit.address == address && habit.length == d.any.length();
-  PresumeAll(same && d.wkc() > 0 && d.wkc() == habit.wkc, d.transaction.first_ref());
+  const bool goes_on = same && d.wkc() > 0 && d.wkc() == habit.wkc;
+  PresumeAll(goes_on ? Still::kInOp : Still::kNo, d.transaction.first_ref());
   habit = {d.command(), address, d.any.length(), d.wkc()};
 }
 
@@ -83,7 +97,7 @@ void CaptureGaps::OnReturnFrom(std::uint16_t first_position, const FrameRef& fra
     const bus::SlaveAddress& address = addressing_.slaves()[id];
     const StationAddress* station = address.station.if_known();
     const bool can_show = station != nullptr && *station != 0 && address.station_valid;
-    if (!can_show || states_[id].presumed || states_[id].returned) {
+    if (!can_show || states_[id].presumed != Presumed::kNothing || states_[id].returned) {
       Forget(id, frame);
       continue;
     }
@@ -139,11 +153,11 @@ void CaptureGaps::AssessReturn(const SlaveAccess& access) {
 }
 
 /// The slave may have been switched off, or set up again.
-void CaptureGaps::Forget(SlaveId id, const FrameRef& frame) {
+void CaptureGaps::Forget(SlaveId id, const FrameRef& frame, bool device_stays) {
   states_.work().Take(1);
   const bool returned = std::exchange(states_[id].returned, false);
-  if (std::exchange(states_[id].presumed, false)) --presumed_;
-  states_.ForgetRegisters(id);
+  if (std::exchange(states_[id].presumed, Presumed::kNothing) != Presumed::kNothing) --presumed_;
+  states_.ForgetRegisters(id, device_stays);
   mailboxes_.Forget(id, frame);
   states_.ForgetMapping(id);
   if (states_.ForgetAl(id, frame.number) || returned) events_.Publish(AlStateForgotten{id, frame});

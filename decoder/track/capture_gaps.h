@@ -4,7 +4,8 @@
 /// last.
 ///
 /// In frames that the capture misses the master may have done anything. In OP it does nothing mostly: what is known of
-/// slaves in OP is presumed until the capture shows them again. So is what slaves hold that were gone for a while.
+/// slaves in OP is presumed until the capture shows them again. Likewise, in SAFEOP and over a short gap, all but the
+/// AL state. So is what slaves hold that were gone for a while.
 #pragma once
 
 #include <array>
@@ -25,17 +26,23 @@ class CaptureGaps {
   CaptureGaps(EventSink& events, Addressing& addressing, SlaveStates& states, SlaveMailboxes& mailboxes)
       : events_(events), addressing_(addressing), states_(states), mailboxes_(mailboxes) {}
 
-  /// @param frame the first after the capture gap
-  void OnGap(const FrameRef& frame, bus::GapBefore gap);
+  /// @param frame the first after the capture gap  @param before the last one before it that has a time stamp
+  void OnGap(const FrameRef& frame, const FrameRef& before, bus::GapBefore gap);
   /// Another recording begins: in between anything may have happened, for any time.
   void OnOtherRecording(const FrameRef& frame);
+  /// What the capture shows of slaves after a gap.
+  enum class Still : std::uint8_t {
+    kNo,      ///< they may have been set up anew
+    kMapped,  ///< they are in SAFEOP or OP, or are to go there
+    kInOp,    ///< they are in OP, or exchange the same process data as before
+  };
   /// The capture shows whether what is presumed of this slave still holds.
-  void Presume(SlaveId id, bool still_so, const FrameRef& frame) {
-    if (states_[id].presumed) Settle(id, still_so, frame);
+  void Presume(SlaveId id, Still still, const FrameRef& frame) {
+    if (states_[id].presumed != Presumed::kNothing) Settle(id, still, frame);
   }
   /// The same for all slaves.
-  void PresumeAll(bool still_so, const FrameRef& frame) {
-    if (presumed_ > 0) SettleAll(still_so, frame);
+  void PresumeAll(Still still, const FrameRef& frame) {
+    if (presumed_ > 0) SettleAll(still, frame);
   }
   /// The first frame after the last place where frames are missing, or may be; 0: there was none.
   [[nodiscard]] FrameNo last() const { return count_ == 0 ? 0 : first_after_[(count_ - 1) % first_after_.size()]; }
@@ -71,9 +78,13 @@ class CaptureGaps {
     skips_[count_ % skips_.size()] = unlikely;
     first_after_[count_++ % first_after_.size()] = frame.number;
   }
-  void Settle(SlaveId id, bool still_so, const FrameRef& frame);
-  void SettleAll(bool still_so, const FrameRef& frame);
-  void Forget(SlaveId id, const FrameRef& frame);
+  using Presumed = SlaveState::Presumed;
+
+  void Settle(SlaveId id, Still still, const FrameRef& frame);
+  void SettleAll(Still still, const FrameRef& frame);
+  /// What was so before this gap, and is presumed to be so after it.
+  [[nodiscard]] Presumed PresumedOver(SlaveId id, const CaptureGap& gap) const;
+  void Forget(SlaveId id, const FrameRef& frame, bool device_stays = false);
   void AssessReturn(const SlaveAccess& access);
 
   /// Working counter with which a logical datagram came back last. Where the first one after a capture gap comes back

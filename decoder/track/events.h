@@ -12,6 +12,7 @@
 
 #include "decoder/base/ids.h"
 #include "decoder/base/known.h"
+#include "decoder/base/time.h"
 #include "decoder/bus/transaction.h"
 #include "decoder/esc/al.h"
 #include "decoder/mailbox/events.h"
@@ -205,6 +206,19 @@ struct CaptureGap {
   FrameRef frame;        ///< the first after the capture gap
   bool certain = false;  ///< false: the master may as well have been silent ...
   bool skip = false;  ///< ... or, here, have skipped numbers: the indices skip, and both copies of all frames are there
+  FrameRef before;    ///< the last one with a time stamp before it; not seen(): none, or another recording begins
+
+  /// From the last frame before it to the first one after it; nullopt where the clock does not show it.
+  [[nodiscard]] std::optional<TimeNs> length() const {
+    if (!frame.has_time || !before.has_time || frame.time < before.time) return std::nullopt;
+    return Elapsed(before.time, frame.time);
+  }
+  /// So short that a slave is hardly set up anew in it, or asked for another state than before.
+  [[nodiscard]] bool is_short() const {
+    constexpr TimeNs kShort = 500'000'000;
+    const auto ns = length();
+    return certain && ns && *ns <= kShort;
+  }
 };
 
 /// Another run of the bus: what was measured and learned before does not apply to what follows. Precedes all else from

@@ -13,6 +13,13 @@ bool ReadsOneWritesOthers(wire::Command command) {
   return command == wire::Command::ARMW || command == wire::Command::FRMW;
 }
 
+/// Where it is in SAFEOP, that is no new set-up.
+bool AsksForProcessData(const SlaveAccess& access) {
+  const ByteSpan control = access.Covered(access.written, esc::kAlControl, 1);
+  return !control.empty() && access.written.size() <= 2 &&
+         esc::AlWord{control[0]}.state() >= static_cast<std::uint8_t>(esc::AlState::SAFEOP);
+}
+
 /// What one slave gave and took, as far as the working counter of a returned datagram shows it.
 void KeepWhatCounted(const DatagramPair& d, SlaveAccess& access) {
   const bool one_slave = !ReadsOneWritesOthers(d.command());
@@ -42,7 +49,7 @@ void Network::OnTransaction(const bus::BusTransaction& transaction) {
       gaps_.OnOtherRecording(first);
       runs_.BeginRecording(first);
     } else {
-      gaps_.OnGap(first, transaction.gap);
+      gaps_.OnGap(first, runs_.last(), transaction.gap);
     }
   }
   for (const wire::FrameView* copy : {transaction.sent, transaction.returned}) {
@@ -230,7 +237,8 @@ void Network::Apply(const SlaveAccess& access) {
   // A master that sets up a slave has taken it out of OP.
   if (!access.written.empty() && access.address < kMappingEnd &&
       access.address + access.written.size() > esc::kAlControl) {
-    gaps_.Presume(access.slave, false, access.frame());
+    gaps_.Presume(access.slave, AsksForProcessData(access) ? CaptureGaps::Still::kMapped : CaptureGaps::Still::kNo,
+                  access.frame());
   }
   gaps_.OnAccess(access);
   if (in_registers) states_.Learn(access);

@@ -20,6 +20,8 @@ class Runs {
   [[nodiscard]] bool IsOtherRecording(const FrameRef& frame) const {
     return frame.has_time && last_.has_time && ClockJumps(last_.time, frame.time);
   }
+  /// The last frame so far that has a time stamp.
+  [[nodiscard]] const FrameRef& last() const { return last_; }
   void OnFrame(const FrameRef& frame) {
     if (frame.has_time) last_ = frame;
   }

@@ -39,8 +39,13 @@ struct SlaveState {
   Known<esc::AlWord> al_status;         ///< as last read
   Known<std::uint16_t> al_status_code;  ///< as last read
   SiiAssembler sii;                     ///< EEPROM as far as the master read it
-  /// It was in OP before a capture gap, and nothing was seen of it since: all of this is presumed.
-  bool presumed = false;
+  /// What of this is presumed: nothing was seen of the slave since a capture gap.
+  enum class Presumed : std::uint8_t {
+    kNothing,
+    kMapping,  ///< all but the AL state, which was SAFEOP
+    kAll,      ///< it was in OP
+  };
+  Presumed presumed = Presumed::kNothing;
   /// It was gone for a while, and nothing shows yet whether it was without power: then its registers hold nothing.
   bool returned = false;
   /// The frame that asked it for INIT, or gave it its station address: the capture shows how it is set up from there

@@ -111,8 +111,8 @@ void SlaveStates::MappingTouched(SlaveState& state, const SlaveAccess& access, s
   mappings_.Changed(access.slave);
 }
 
-void SlaveStates::ForgetRegisters(SlaveId id) {
-  (*this)[id].registers.Clear();
+void SlaveStates::ForgetRegisters(SlaveId id, bool device_stays) {
+  (*this)[id].registers.ClearFrom(device_stays ? esc::kStationAddress : 0U);
   (*this)[id].set_up_since = 0;
   (*this)[id].sii.Forget();
 }

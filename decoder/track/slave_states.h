@@ -54,7 +54,8 @@ class SlaveStates {
   [[nodiscard]] const std::optional<AlRequest>& requested_for_later() const { return requested_; }
   // A slave may have been switched off, or set up again. In three steps, because events published between them see the
   // others.
-  void ForgetRegisters(SlaveId id);
+  /// @param device_stays  what its controller is and can do (0x0000 to 0x000F) is as it was
+  void ForgetRegisters(SlaveId id, bool device_stays);
   void ForgetMapping(SlaveId id);
   /// @return false: the AL state was not known anyway
   bool ForgetAl(SlaveId id, FrameNo frame);

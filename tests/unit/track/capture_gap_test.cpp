@@ -85,6 +85,48 @@ TEST(GapBefore, SlavesInOpThatAreSetUpAreForgotten) {
   EXPECT_THAT(d.log->Only("forgotten"), ElementsAre("forgotten 0"));
 }
 
+/// Two slaves in SAFEOP, whose process data go on after a gap of 3 ms.
+constexpr std::string_view kSafeopBefore =
+    "+1ms BRD 0x0130 04 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+1ms LRW 0x1000 01 02 wkc=6 @missed times=3\n";
+
+TEST(GapBefore, SlavesInSafeopWhoseWorkingCounterGoesOnAreMappedAsBefore) {
+  const Decoded d = TwoThen(std::string(kSafeopBefore) + "+1ms LRW 0x1000 01 02 wkc=6\n");
+  EXPECT_EQ(d.Register(0, 0x0420), "0x03e8");
+  EXPECT_THAT(d.log->Only("forgotten"), ElementsAre("forgotten 0", "forgotten 1"));  // they may be in OP
+}
+
+TEST(GapBefore, SlavesInSafeopAreForgottenWhereTheWorkingCounterIsAnother) {
+  const Decoded d = TwoThen(std::string(kSafeopBefore) + "+1ms LRW 0x1000 01 02 wkc=3\n");
+  EXPECT_EQ(d.Register(0, 0x0420), "?");
+}
+
+TEST(GapBefore, SlavesInSafeopThatAreAskedForOpAreMappedAsBefore) {
+  const Decoded d = TwoThen(std::string(kSafeopBefore) + "+1ms FPWR 0x1001:0x0120 08 00\n");
+  EXPECT_EQ(d.Register(0, 0x0420), "0x03e8");
+}
+
+TEST(GapBefore, SlavesInSafeopThatShowPreopAreForgotten) {
+  const Decoded d = TwoThen(std::string(kSafeopBefore) + "+1ms FPRD 0x1001:0x0130 02 00\n");
+  EXPECT_EQ(d.Register(0, 0x0420), "?");
+}
+
+TEST(GapBefore, SlavesInSafeopAreForgottenWhereItIsLong) {
+  const Decoded d = TwoThen(
+      "+1ms BRD 0x0130 04 00\n+1ms LRW 0x1000 01 02 wkc=6 times=5\n+300ms LRW 0x1000 01 02 wkc=6 @missed times=3\n"
+      "+1ms LRW 0x1000 01 02 wkc=6\n");
+  EXPECT_EQ(d.Register(0, 0x0420), "?");
+}
+
+/// What the controller is and can do does not change.
+TEST(GapBefore, TheFeaturesOfTheControllerStayKnown) {
+  const Decoded d = TwoThen(
+      "+1ms FPRD 0x1001:0x0008 FC 02\n+1ms FPRD 0x1001:0x0130 02 00\n+1ms FPRD 0x1001:0x0130 02 00 @missed\n"
+      "+1ms BRD 0x0000 11 00\n");
+  EXPECT_THAT(d.log->Only("hole"), ElementsAre("hole 54"));
+  EXPECT_EQ(d.Register(0, 0x0420), "?");
+  EXPECT_EQ(d.Register(0, 0x0008), "0x02fc");
+}
+
 TEST(GapBefore, WhereItMayBeNothingIsForgotten) {
   const Decoded d = TwoThen("+1ms FPRD 0x1001:0x0130 02 00 idx=0\n+2s FPRD 0x1001:0x0130 02 00 idx=0\n");
   EXPECT_THAT(d.log->Only("silence"), ElementsAre("silence 52"));
