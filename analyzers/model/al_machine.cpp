@@ -51,8 +51,6 @@ constexpr std::uint64_t kAcknowledgeReads = 200;
 constexpr std::uint64_t kIgnoredReads = 8;
 /// Masters that wait for a state look for it more often.
 constexpr std::int64_t kLongPauseNs = 1'000'000'000;
-/// From the last look before a capture gap to the first one after it: a longer gap may hold other requests.
-constexpr std::int64_t kShortGapNs = 500'000'000;
 /// No master that waits leaves so long a time between two looks.
 constexpr std::int64_t kClockSetNs = 60'000'000'000;
 /// A request that was lost on its way does not explain what happens this much later.
@@ -154,14 +152,14 @@ StateSet AlMachine::PossibleBefore(FrameNo request) const {
 }
 
 void AlMachine::OnRequestSent(const FrameRef& frame, esc::AlWord control) {
-  interrupted_.reset();
+  if (interrupted_ && interrupted_->request.control.raw != control.raw) interrupted_.reset();
   quiet_ = false;
   asked_ = true;
   AddPending(control, frame);
 }
 
 void AlMachine::OnRequest(const track::AlRequest& request) {
-  interrupted_.reset();
+  if (interrupted_ && interrupted_->request.control.raw != request.control.raw) interrupted_.reset();
   quiet_ = false;
   asked_ = true;
   const FrameNo number = request.frame().number;
@@ -643,28 +641,31 @@ void AlMachine::CheckOverdue(const track::AlStatusRead& read) {
   sink_.Publish(event);
 }
 
-void AlMachine::OnGap(const FrameRef& frame) {
+void AlMachine::OnGap(const track::CaptureGap& gap) {
   OnPause();
   interrupted_.reset();
-  const bool waits = open_ && polls_ > 0 && read_state_ != 0 && error_ == Error::kNo && !overdue_reported_;
+  const bool waits = open_ && read_state_ != 0 && error_ == Error::kNo && !overdue_reported_;
   const bool legal = waits && (open_->verdict == AlVerdict::kLegal || open_->verdict == AlVerdict::kUnknown);
-  if (legal) interrupted_ = {*open_, read_state_, waiting_since_, last_poll_, frame.number};
+  if (legal && gap.is_short()) interrupted_ = {*open_, read_state_, waiting_since_, last_poll_, gap.frame.number};
 }
 
-/// The first read after a capture gap. If the master still looks for the state and the slave still shows the one
-/// before, hardly any request came in between: the wait goes on.
+/// The first read after a short capture gap. If the slave still shows the state before, hardly any request came in
+/// between: the wait goes on, and an error is the answer to the request.
 void AlMachine::Resume(const track::AlStatusRead& read) {
   const Interrupted before = *std::exchange(interrupted_, std::nullopt);
-  const bool same = read.error_bit_known && !read.status.bit4() && read.status.state() == before.state;
-  if (!same || open_ || !read.frame.has_time || !before.last_poll.has_time) return;
-  // A clock that goes back is another recording.
-  const TimeNs between = Elapsed(before.last_poll.time, read.frame.time);
-  if (between < 0 || between > kShortGapNs) return;
-  open_ = before.request;
+  if (!read.error_bit_known || read.status.state() != before.state) return;
+  const std::optional<AlRequestRecord> again = std::exchange(open_, before.request);
+  if (again) {
+    open_->last = again->last;
+    open_->repetitions += 1 + again->repetitions;
+  }
   open_->over_gap = true;
   waiting_since_ = before.since;
   last_poll_ = before.last_poll;
   overdue_reported_ = false;
+  read_state_ = before.state;
+  error_ = Error::kNo;
+  paused_ = false;
 }
 
 void AlMachine::ReportCode(const FrameRef& frame, std::uint16_t code) {

@@ -89,7 +89,7 @@ class AlMachine {
     paused_ = true;
   }
   /// The capture certainly misses packets before this frame; Forget() follows where the slave may be another since.
-  void OnGap(const FrameRef& frame);
+  void OnGap(const track::CaptureGap& gap);
   /// Another device is there now: what the one before could do does not apply to it.
   void OnOtherDevice() {
     emulation_.reset();

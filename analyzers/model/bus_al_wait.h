@@ -40,7 +40,11 @@ class BusAlWait {
   }
   /// Some slave refused: that is what has to be reported.
   void Refused() { wait_.reset(); }
-  /// What happened in a capture gap, or between two runs, is unknown.
+  /// Hardly anything else was asked for while the capture missed packets.
+  void OnShortGap() {
+    if (wait_) wait_->late.over_gap = true;
+  }
+  /// What happened in a longer capture gap, or between two runs, is unknown.
   void Forget() { Close(); }
   void Finish() {
     unfinished_ = waits_since();

@@ -160,11 +160,15 @@ void BusModel::On(const track::CaptureGap& event) {
   } else {
     al_.OnPause();
   }
-  al_wait_.Forget();
+  if (event.is_short()) {
+    al_wait_.OnShortGap();
+  } else {
+    al_wait_.Forget();
+  }
   for (std::size_t id = 0; id < slaves_.size(); ++id) {
     SlaveModel& slave = slaves_[id];
     if (event.certain) {
-      slave.al.OnGap(event.frame);
+      slave.al.OnGap(event);
     } else {
       slave.al.OnPause();
     }

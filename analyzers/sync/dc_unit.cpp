@@ -128,7 +128,10 @@ void DcUnit::OnWrite(const track::SlaveAccess& access, const esc::RegisterImage&
     const auto cycle = registers.Value<std::uint32_t>(esc::kSync0Cycle);
     if (!cycle || cycle != cycle_) cycle_changed_ = access.frame().number;
     cycle_configured_ = cycle && *cycle != 0 && !access.broadcast ? access.frame() : FrameRef{};
-    if (active_ && cycle && cycle != active_->sync0_cycle_ns) cycle_rewritten_ = access.frame();
+    if (active_ && cycle) {
+      cycle_rewritten_.reset();
+      if (cycle != active_->sync0_cycle_ns) cycle_rewritten_ = {access.frame(), *cycle};
+    }
   }
 }
 
@@ -163,7 +166,7 @@ DcUnit::Change DcUnit::Activate(const track::SlaveAccess& access, esc::SyncActiv
   settings.was_off = was_known_;
   settings.activation = now;
   active_ = settings;
-  cycle_rewritten_ = {};
+  cycle_rewritten_.reset();
   last_active_ = activated_ = settings;
   return written ? Change::kSwitchedOn : Change::kNone;
 }
@@ -199,7 +202,8 @@ void DcUnit::BeginAnew() {
   active_.reset();
   last_active_.reset();
   FindPulses();
-  cycle_configured_ = cycle_rewritten_ = {};
+  cycle_configured_ = {};
+  cycle_rewritten_.reset();
   difference_above_ = settled_ = {};
   own_time_.reset();
 }

@@ -73,8 +73,12 @@ class DcUnit {
   }
   /// SYNC0 cycle written by this slave's own address: frame; seen() false when it never was, or was set to 0 since.
   [[nodiscard]] const FrameRef& cycle_configured() const { return cycle_configured_; }
-  /// Last write of another SYNC0 cycle while SYNC was on; seen() false when there was none.
-  [[nodiscard]] const FrameRef& cycle_rewritten() const { return cycle_rewritten_; }
+  /// Another SYNC0 cycle that was written while SYNC was on, and not taken back since.
+  struct CycleRewritten {
+    FrameRef frame;
+    std::uint32_t ns = 0;
+  };
+  [[nodiscard]] const std::optional<CycleRewritten>& cycle_rewritten() const { return cycle_rewritten_; }
   /// Last own read of the system time, and its frame.
   [[nodiscard]] const std::optional<std::uint64_t>& own_time() const { return own_time_; }
   /// What the upper halves of its times hold is known to count. A clock of 32 bit answers reads of 64 with 0 there, and
@@ -133,7 +137,7 @@ class DcUnit {
   std::optional<SyncSettings> activated_;
   std::optional<esc::SyncActivation> told_activation_;
   FrameRef cycle_configured_;
-  FrameRef cycle_rewritten_;
+  std::optional<CycleRewritten> cycle_rewritten_;
   std::optional<std::uint64_t> own_time_;
   bool own_time_wide_ = false;    ///< all of it was read
   bool upper_half_used_ = false;  ///< once it was not 0

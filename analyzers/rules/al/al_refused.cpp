@@ -82,7 +82,8 @@ state before was {state_before}.)"};
 constexpr NoteKind kMayBeOlder{
     .name = "error-may-be-older",
     .text =
-        "The error may be older: the master did not read AL Status between the start of the capture and the request."};
+        "The error may be older: the capture does not show AL Status between [the capture gap before {gap_frame}]"
+        "[{!gap_frame}the start of the capture] and the request."};
 
 constexpr const FindingKind* kKinds[] = {&kRefused, &kNotAcknowledged, &kRefusedOnBus};
 constexpr const NoteKind* kOwnNotes[] = {&kInitCommandsMissing, &kEsiDemandUnmet, &kFurtherEsiDemands, &kNoEdge,
@@ -120,6 +121,8 @@ The finding needs an error bit that appears after a request that the slave accep
 - After an acknowledge the error must show another code, or stay for 200 ms.
 - Slaves without a processor echo the acknowledge bit. That is no error.
 - If AL Status was not read before the request, the error may be older: the finding is inferred.
+- A request stays open over a capture gap of at most 0.5 s. The finding is inferred then: the slave may answer a request
+  in the gap.
 - If the first request acknowledges, the error has to stay after the next request, which does not acknowledge.
 - If the model knows why the slave had to refuse (an illegal transition, a wrong sync manager), caused_by names that
   finding.
@@ -309,7 +312,11 @@ class AlRefused final : public Rule {
       if (missing.more > 0) arguments.Set("more", arg::Count(missing.more, "other"));
       finding.Add(kInitCommandsMissing, std::move(arguments));
     }
-    if (!e.state_before_known) finding.Add(kMayBeOlder);
+    if (!e.state_before_known) {
+      const FrameNo gap = context().network().last_gap();
+      finding.Add(kMayBeOlder,
+                  gap != 0 && gap <= e.request.frame.number ? Arguments{{"gap_frame", arg::Frame(gap)}} : Arguments{});
+    }
     DescribeWay(finding, e, family);
   }
 

@@ -117,7 +117,7 @@ AL Status is read and still shows the old state after the limit.
 - With an ESI, the finding lists what the ESI requires before this request and the start-up does not meet.
 - A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for.
 - A wait goes on over a capture gap of at most 0.5 s if the slave shows the same state after it. The finding is inferred
-  then: another request may be in the gap.
+  then: another request may be in the gap. The same holds for broadcasts, and if the capture misses many packets.
 - After a long pause without frames, or if the clock was set, the wait counts from the next read on.
 - If the master only reads by broadcast, the OR of all slaves decides. The finding belongs to the bus if all slaves were
   asked for a state and not all show it, or if no slave shows a requested state.
@@ -177,14 +177,11 @@ class AlTimeout final : public Rule {
 
   /// Broadcast reads do not show which of the slaves it is.
   void On(const model::BusAlOverdue& e) {
-    if (MissesPackets(context().pairing())) {
-      NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, e.frame.number);
-      return;
-    }
     const std::uint64_t key = kOfAll | (e.given_up ? kOfGivenUp : 0) | e.control.raw;
     if (Repeat(kNoSlave, key, e.frame) != kNoFinding) return;
     Finding finding = Found(e.given_up ? kGivenUpOnBus : kNotReachedOnBus, kNoSlave, e.frame);
     AddRelated(finding, e.request.number);
+    if (e.over_gap || MissesPackets(context().pairing())) finding.confidence = Confidence::kInferred;
     finding.Set("requested", arg::State(e.control.state()))
         .Set("al_status_of_all", arg::StatusOfAll(e.status.raw))
         .Set("waited_ms", arg::Ms(e.waited_ns))

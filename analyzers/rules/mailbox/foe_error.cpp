@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -111,7 +110,7 @@ Not reported are:
 
 - a request that the slave never answered (mailbox-no-response)
 - a request that it answered with a mailbox error (mailbox-error-reply)
-- the end of a transfer if the capture misses frames or all answers
+- the end of a transfer if the capture misses packets since its begin, or all answers
 
 ## Example
 tests/rules/foe-error/violates.trace: a download that ends with 0x8002.
@@ -161,7 +160,8 @@ class FoeError final : public Rule {
       NotEvaluable(t.slave, ReasonCode::kNeverReturned, kEndOfTransfer, frame.number);
       return;
     }
-    if (t.outcome != Outcome::kError && MissesAny(context().pairing())) {
+    constexpr FrameNo kNow = ~FrameNo{0};
+    if (t.outcome != Outcome::kError && context().network().MissesBetween(t.request.number, kNow)) {
       NotEvaluable(t.slave, ReasonCode::kMissesPackets, kEndOfTransfer, frame.number);
       return;
     }

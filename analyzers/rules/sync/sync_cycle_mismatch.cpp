@@ -120,6 +120,8 @@ repeats setpoints or skips them. The axis is jerky, follows with a wrong velocit
 - The process data count as the mean over the cycles in OP, by the DC time in the frames or by good stamps. They
   disagree if they differ by more than a tenth.
 - A new mean begins when the slave leaves OP, when SYNC0 is switched off, and when the frames come in another rhythm.
+- If the capture misses packets among these cycles, the finding is inferred. If it misses some between the setting and
+  the first cycle, the setting may have changed: that is not evaluated.
 - SAMPLEPERIOD and PTBASE are no objects: only --parameter gives them.
 - If the process data match one of two settings that disagree, the other setting is wrong. caused_by then names the
   finding about the settings.
@@ -220,20 +222,20 @@ class SyncCycleMismatch final : public Rule {
       changed_in_op_.erase(changed);
     }
     const sync::DcUnit& unit = context().sync().dc(slave);
-    const auto now = context().network().state(slave).registers.Value<std::uint32_t>(esc::kSync0Cycle);
     const auto& active = unit.active();
-    if (!active || !active->activation.sync0() || !unit.cycle_rewritten().seen() || !now) return;
-    if (*now == active->sync0_cycle_ns.value_or(*now) || !context().slave(slave).al.operated()) return;
+    const auto& rewritten = unit.cycle_rewritten();
+    if (!active || !active->activation.sync0() || !active->sync0_cycle_ns || !rewritten) return;
+    if (!context().slave(slave).al.operated()) return;
     constexpr std::uint64_t kKey = 4;
-    if (Repeat(slave, kKey, unit.cycle_rewritten()) != kNoFinding) return;
-    Finding finding = Found(kRewritten, slave, unit.cycle_rewritten());
+    if (Repeat(slave, kKey, rewritten->frame) != kNoFinding) return;
+    Finding finding = Found(kRewritten, slave, rewritten->frame);
     AddRelated(finding, active->frame.number);
     finding.reference = ReferenceTo(context().slave(slave).profile->sync.cycle_base.source);
     const TimeNs before = *active->sync0_cycle_ns;
     finding.Set("sync0_cycle_ns", arg::Ns(before))
-        .Set("sync0_cycle_now_ns", arg::Number(*now))
+        .Set("sync0_cycle_now_ns", arg::Number(rewritten->ns))
         .Set("sync0_frame", arg::Frame(active->frame.number));
-    ReportAndKeep(slave, kKey, before, *now, std::move(finding));
+    ReportAndKeep(slave, kKey, before, rewritten->ns, std::move(finding));
   }
 
   void ReportAndKeep(SlaveId slave, std::uint64_t key, TimeNs one, TimeNs other, Finding finding) {
@@ -306,12 +308,15 @@ class SyncCycleMismatch final : public Rule {
     const auto interpolation = model::InterpolationTime(slave);
     const auto drive = DriveCycle(slave);
     TimeNs configured = 0;
+    FrameNo since = 0;  // 0: given by the user
     Value setting = arg::Of(what::kSync0Cycle);
     bool by_parameter = false;
     if (settings && settings->activation.sync0() && settings->sync0_cycle_ns.value_or(0) > 0) {
       configured = *settings->sync0_cycle_ns;
+      since = settings->frame.number;
     } else if (interpolation && slave.profile->sync.cycle_by_60c2.value.value_or(false)) {
       configured = *interpolation;
+      since = slave.objects.Find(kInterpolationTime, 1)->since;
       setting = arg::Of(kInterpolation);
     } else if (drive) {
       configured = *drive;
@@ -335,13 +340,17 @@ class SyncCycleMismatch final : public Rule {
       NotEvaluable(id, ReasonCode::kTooIrregular, what::kProcessDataTiming);
       return;
     }
-    const bus::PairingStatistics& pairing = context().pairing();
-    if (pairing.gaps > 0 && outputs.rate.last().number > pairing.first_gap.number) {
-      NotEvaluable(id, ReasonCode::kCaptureGap, kConfiguredCycle, pairing.first_gap.number);
+    const track::Network& network = context().network();
+    const FrameNo begin = outputs.rate.first().number;
+    if (since != 0 && network.MissesBetween(since, begin)) {
+      NotEvaluable(id, ReasonCode::kCaptureGap, kConfiguredCycle, begin);
       return;
     }
     if (Repeat(id, 3, outputs.rate.first()) != kNoFinding) return;
     Finding finding = Found(kProcessData, id, outputs.rate.first());
+    // The cycle of a slave in OP is hardly ever set anew.
+    if (since != 0 && network.MissesBetween(begin, outputs.rate.last().number))
+      finding.confidence = Confidence::kInferred;
     finding.last = outputs.rate.last();
     finding.caused_by = CauseOf(id, configured, mean);
     if (settings) AddRelated(finding, settings->frame.number);
@@ -376,7 +385,8 @@ class SyncCycleMismatch final : public Rule {
     if (object == nullptr || object->since > rate.first().number) return;  // written in this run
     const auto mean = rate.mean_ns();
     const double off = std::abs(mean / static_cast<double>(*interpolation) - 1);
-    if (off - rate.JitterShare() <= kCycleTolerance || context().pairing().gaps > 0) return;
+    if (off - rate.JitterShare() <= kCycleTolerance) return;
+    if (context().network().MissesBetween(object->since, rate.first().number)) return;
     constexpr std::uint64_t kKey = 5;
     if (Repeat(id, kKey, rate.first()) != kNoFinding) return;
     Finding finding = Found(kInterpolatedPositions, id, rate.first());

@@ -115,9 +115,10 @@ class AlMachineTest : public ::testing::Test {
   }
   /// The capture misses packets for this time; the slave is forgotten with them.
   void Gap(std::int64_t ns) {
+    const FrameRef last = Frame();
     After(ns);
     const FrameRef first = Frame();
-    machine.OnGap(first);
+    machine.OnGap({first, true, false, last});
     machine.Forget(first);
   }
   void ReadCode(std::uint16_t code) { machine.OnStatusCode({0, Frame(), code}); }
@@ -814,6 +815,59 @@ TEST_F(AlMachineTest, RefusalAfterAGapIsOfARequestThatStayedOpenOverIt) {
   Read(0x12, 0x001E);
   ASSERT_THAT(log.lines, ElementsAre("refused"));
   EXPECT_TRUE(log.last_answered.request.over_gap);
+}
+
+/// The error is in the first read after it, and no read lies between the request and the gap.
+TEST_F(AlMachineTest, ErrorRightAfterAShortGapAnswersTheRequestBeforeIt) {
+  Read(0x02);
+  Request(0x04);
+  Gap(400 * kMs);
+  Read(0x12, 0x001E);
+  ASSERT_THAT(log.lines, ElementsAre("refused"));
+  EXPECT_TRUE(log.last_answered.request.over_gap);
+  EXPECT_TRUE(log.last_answered.state_before_known);
+}
+
+TEST_F(AlMachineTest, ErrorRightAfterALongGapAnswersNothing) {
+  Read(0x02);
+  Request(0x04);
+  Gap(600 * kMs);
+  Read(0x12, 0x001E);
+  EXPECT_THAT(log.lines, IsEmpty());
+}
+
+/// A master that looks once a second: the gap counts, not the time between two looks.
+TEST_F(AlMachineTest, WaitGoesOnWhereTheMasterLooksSeldom) {
+  Wait();
+  After(800 * kMs);
+  Gap(10 * kMs);
+  After(800 * kMs);
+  Read(0x02);
+  After(10'000 * kMs);
+  Read(0x02);
+  EXPECT_THAT(log.lines, ElementsAre("overdue"));
+}
+
+/// Some masters write the request again each time they look.
+TEST_F(AlMachineTest, WaitGoesOnWhereTheMasterRepeatsItsRequest) {
+  Wait();
+  Gap(10 * kMs);
+  Request(0x04);
+  Read(0x02);
+  After(10'000 * kMs);
+  Request(0x04);
+  Read(0x02);
+  ASSERT_THAT(log.lines, ElementsAre("overdue"));
+  EXPECT_TRUE(log.last_overdue.request.over_gap);
+  EXPECT_EQ(log.last_overdue.request.repetitions, 2U);
+}
+
+TEST_F(AlMachineTest, WaitEndsWhereTheMasterRequestsAnotherStateAfterTheGap) {
+  Wait();
+  Gap(10 * kMs);
+  Request(0x01);
+  Read(0x02);
+  EXPECT_THAT(log.lines, IsEmpty());
 }
 
 TEST_F(AlMachineTest, WaitEndsWithALongGap) {
