@@ -54,6 +54,8 @@ inline constexpr auto kReturns = [] {
 enum class AlteredFact : std::uint8_t {
   kAlike,        ///< a frame in flight is like it
   kFrameBefore,  ///< it has the index before that one, of no frame that is known: its own copy is missing
+  kFrameAfter,   ///< it has the index after that one, which nothing has shown so far: likewise
+  kLate,         ///< it comes much later than that one was to return
   kOneIndex,     ///< the master uses one index, which shows nothing
   kFewBits,      ///< they differ in no more bits than flip
   kSentBefore,   ///< a frame like it was sent just before
@@ -64,6 +66,7 @@ inline constexpr auto kAltered = [] {
   return std::to_array<EvidenceRow<F, bool>>({
       {{}, {F::kAlike}, false},
       {{F::kFrameBefore}, {}, false},
+      {{F::kFrameAfter, F::kLate}, {}, false},
       {{F::kOneIndex}, {F::kFewBits}, false},
       {{F::kOneIndex, F::kSentBefore}, {}, false},
       {{}, {}, true},

@@ -128,6 +128,9 @@ SentFrame* ReturnMatching::FindAltered(const wire::FrameView& frame) noexcept {
   facts.Set(AlteredFact::kFrameBefore, indices.IsAfter(frame, 1) && !was_sent([&](const SentFrame& sent) {
                                          return SameFirstIndex(sent.view, frame);
                                        }));
+  facts.Set(AlteredFact::kFrameAfter, indices.IsNext(frame));
+  facts.Set(AlteredFact::kLate, context_.trip.IsFine() && AreTimed(alike->ref(), frame.ref()) &&
+                                    context_.trip.IsLate(Elapsed(alike->ref(), frame.ref())));
   facts.Set(AlteredFact::kOneIndex, indices.repeats() && !indices.IsNumbered(frame));
   facts.Set(AlteredFact::kFewBits, FewBitsFlipped(alike->view, frame));
   facts.Set(AlteredFact::kSentBefore, was_sent([&](const SentFrame& sent) { return sent.key == frame.key(); }));

@@ -333,6 +333,18 @@ TEST(Pairing, AnIndexUsedAgainDoesNotAnswerWhatWasLostLongAgo) {
   EXPECT_EQ(result.statistics.missed_outbound, 1U);
 }
 
+/// The capture misses the return of one frame and the outbound copy of the next, whose index differs in one bit.
+TEST(Pairing, ReturnOfTheNextFrameIsNotTheFrameBeforeWithAFlippedBit) {
+  for (const std::string frames : {"20", "21"}) {
+    const Paired result =
+        PairUp("+1ms FPRD 0x1001:0x0130 08 00 times=" + frames +
+               "\n+1ms FPRD 0x1001:0x0130 08 00 @lost\n"
+               "+1ms FPRD 0x1001:0x0130 08 00 @returned-only\n+1ms FPRD 0x1001:0x0130 08 00 times=9\n");
+    EXPECT_EQ(result.statistics.altered, 0U) << frames;
+    EXPECT_EQ(result.statistics.missed_outbound, 1U) << frames;
+  }
+}
+
 TEST(Pairing, AlteredReturnsAreNotFedOn) {
   EXPECT_THAT(WithFlippedBit(17, 3).log.words, Contains("altered 4")) << "index";
   EXPECT_THAT(WithFlippedBit(18, 0).log.words, Contains("altered 4")) << "station address";

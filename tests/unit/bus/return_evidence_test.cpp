@@ -33,6 +33,7 @@ TEST(ReturnEvidence, AlteredRowByRow) {
   ExpectRows<F, bool>(kAltered, {
                                     {{F::kFewBits}, false},
                                     {{F::kAlike, F::kFrameBefore}, false},
+                                    {{F::kAlike, F::kFrameAfter, F::kLate}, false},
                                     {{F::kAlike, F::kOneIndex}, false},
                                     {{F::kAlike, F::kOneIndex, F::kFewBits, F::kSentBefore}, false},
                                     {{F::kAlike, F::kOneIndex, F::kFewBits}, true},
