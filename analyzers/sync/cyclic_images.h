@@ -83,6 +83,10 @@ class CyclicImages {
 
   /// Of these process data, made when there is room for them; else null.
   CyclicImage* Find(wire::Command command, std::uint32_t address);
+  /// @param image  of these
+  [[nodiscard]] std::size_t NumberOf(const CyclicImage& image) const {
+    return static_cast<std::size_t>(&image - images_.data());
+  }
   /// An outbound frame carries these process data.
   void OnSent(wire::Command command, std::uint32_t address, FrameNo frame) {
     if (CyclicImage* image = Find(command, address)) image->sent[image->sent_count++ % CyclicImage::kSent] = frame;

@@ -122,23 +122,13 @@ void OutputMeter::MeasureArrival(SlaveId id, OutputWatch& watch, const FrameAtHa
                            Unreturned(id, watch.last_sent, at_hand.sent().number)});
 }
 
-[[gnu::always_inline]] inline void OutputMeter::MeasurePhase(SlaveId id, OutputWatch& watch, const DcUnit& dc,
-                                                             const FrameAtHand& at_hand) {
-  const FrameTime& time = at_hand.time();
-  if (time.dc && watch.phase.AddNext(dc, time.frame, *time.dc, at_hand.WayTo(delays_.Of(id)))) {
-    if (sink_.HasSubscribers<PhaseMeasured>()) sink_.Publish(PhaseMeasured{id, time.frame, watch.phase.last_ns()});
-  } else {
-    MeasureAnyPhase(id, watch, dc, at_hand);
-  }
-}
-
 Sync0Phase::Arrival OutputMeter::Place(SlaveId id, Sync0Phase& phase, const DcUnit& dc, const FrameAtHand& at_hand,
                                        TimeNs doubt) {
   return phase.Add(dc, at_hand.time().frame, *at_hand.dc(), at_hand.has_wide_clock(), at_hand.WayTo(delays_.Of(id)),
                    doubt);
 }
 
-void OutputMeter::MeasureAnyPhase(SlaveId id, OutputWatch& watch, const DcUnit& dc, const FrameAtHand& at_hand) {
+void OutputMeter::MeasurePhase(SlaveId id, OutputWatch& watch, const DcUnit& dc, const FrameAtHand& at_hand) {
   const FrameRef& frame = at_hand.time().frame;
   const std::optional<TimeNs> doubt = DoubtOf(at_hand);
   if (!doubt) return;

@@ -50,14 +50,13 @@ class OutputMeter {
  private:
   void FollowInterval(SlaveId id, OutputWatch& watch, const DcUnit& dc, const FrameAtHand& at_hand,
                       const CyclicImage* image, bool in_op);
-  void MeasurePhase(SlaveId id, OutputWatch& watch, const DcUnit& dc, const FrameAtHand& at_hand);
-  // Seldom, and so no part of Feed(), which runs for each slave in each cycle.
+  // Seldom, and so no part of Feed().
   [[gnu::noinline]] void ReportGap(SlaveId id, const OutputWatch& watch, const FrameAtHand& at_hand,
                                    const Interval& gap);
   [[gnu::noinline]] void RenewRate(SlaveId id, OutputWatch& watch, const DcUnit& dc, FrameNo sent);
   [[gnu::noinline]] void MeasureArrival(SlaveId id, OutputWatch& watch, const FrameAtHand& at_hand,
                                         const Interval& interval);
-  [[gnu::noinline]] void MeasureAnyPhase(SlaveId id, OutputWatch& watch, const DcUnit& dc, const FrameAtHand& at_hand);
+  void MeasurePhase(SlaveId id, OutputWatch& watch, const DcUnit& dc, const FrameAtHand& at_hand);
   [[gnu::noinline]] void MeasureBeforeOp(SlaveId id, OutputWatch& watch, const DcUnit& dc, const FrameAtHand& at_hand);
   Sync0Phase::Arrival Place(SlaveId id, Sync0Phase& phase, const DcUnit& dc, const FrameAtHand& at_hand, TimeNs doubt);
   /// How wrong its DC time may be, ns; unset: where only the stamps show it, they are too poor.

@@ -28,7 +28,7 @@ double OutputRate::JitterShare() const {
 OutputRate::Look OutputRate::LookAt(const CyclicImage& image, TimeNs configured) const {
   // Where frames are late and early by much, so is a median of few of them.
   const auto is_about = [&](TimeNs cycle, TimeNs other) {
-    return std::abs(cycle - other) <= std::min(std::max(other / kSame, image.spread_ns), other / 3);
+    return std::abs(cycle - other) <= std::min(std::max(other / kSameRhythm, image.spread_ns), other / 3);
   };
   Look look;
   // What came last is newer than the median of the image.
@@ -82,7 +82,7 @@ void OutputRate::AddInFull(const Interval& interval, const FrameRef& from, const
   off_ += off;
   most_off_ = std::max(most_off_, off);
   ++seen_;
-  if (off <= nominal_ / kSame && one) {
+  if (off <= nominal_ / kSameRhythm && one) {
     strange_ = 0;
   } else {
     if (strange_++ == 0) BeginTurn(from);

@@ -13,6 +13,28 @@
 
 namespace ecaudit::sync {
 
+/// By no more than this part of a cycle two rhythms, or an interval and the cycle, are the same.
+inline constexpr TimeNs kSameRhythm = 8;
+
+/// Intervals of one cycle each, as nearly all are: what they come to is the same for all slaves with this cycle.
+struct SteadyIntervals {
+  TimeNs nominal = 0;
+  TimeBase base = TimeBase::kNone;
+  std::uint64_t count = 0;
+  TimeNs ns = 0, off = 0, most_off = 0;  ///< the sum; from the cycle: all of them, and the one that is off most
+
+  /// @return false: it is none of these
+  [[nodiscard]] bool Add(const Interval& interval) {
+    const TimeNs apart = std::abs(interval.ns - nominal);
+    if (apart > nominal / kSameRhythm || interval.base != base) return false;
+    ++count;
+    ns += interval.ns;
+    off += apart;
+    most_off = std::max(most_off, apart);
+    return true;
+  }
+};
+
 class OutputRate {
  public:
   [[nodiscard]] std::uint64_t cycles() const { return sum_.cycles; }
@@ -49,7 +71,27 @@ class OutputRate {
   /// @param last  where these end
   void GoOnFromTurn(const FrameRef& last);
   void Add(const Interval& interval, const FrameRef& from, const FrameRef& to) {
-    if (!AddOne(interval, to)) AddInFull(interval, from, to);
+    SteadyIntervals one = Steady();
+    if (IsSteady() && one.Add(interval)) {
+      AddSteady(one, to);
+    } else {
+      AddInFull(interval, from, to);
+    }
+  }
+  /// Intervals of a cycle can be added together: one came by the clock so far, and nothing is open.
+  [[nodiscard]] bool IsSteady() const { return sum_.cycles != 0 && open_ == 0 && sum_.ns <= kFar; }
+  /// None of them so far.
+  [[nodiscard]] SteadyIntervals Steady() const { return {.nominal = nominal_, .base = base_}; }
+  /// Add() of each of them. @param to  where the last one ends
+  void AddSteady(const SteadyIntervals& steady, const FrameRef& to) {
+    intervals_ += steady.count;
+    seen_ += steady.count;
+    off_ += steady.off;
+    most_off_ = std::max(most_off_, steady.most_off);
+    strange_ = 0;
+    sum_.ns += steady.ns;
+    sum_.cycles += steady.count;
+    sum_.last = to;
   }
   /// Add() without the short way for what nearly all intervals are.
   void AddInFull(const Interval& interval, const FrameRef& from, const FrameRef& to);
@@ -57,8 +99,6 @@ class OutputRate {
   void BeginAnew();
 
  private:
-  /// By no more than this part of a cycle two rhythms, or an interval and the cycle, are the same.
-  static constexpr TimeNs kSame = 8;
   /// Sums of intervals stay far below what fits.
   static constexpr TimeNs kFar = TimeNs{1} << 60U;
 
@@ -77,22 +117,6 @@ class OutputRate {
     bool other = false, turned = false;
   };
   [[nodiscard]] Look LookAt(const CyclicImage& image, TimeNs configured) const;
-  /// Nearly always: one cycle by the clock so far, and nothing is open.
-  [[nodiscard]] bool AddOne(const Interval& interval, const FrameRef& to) {
-    const TimeNs off = std::abs(interval.ns - nominal_);
-    if (off > nominal_ / kSame || interval.base != base_ || sum_.cycles == 0 || open_ != 0 || sum_.ns > kFar) {
-      return false;
-    }
-    ++intervals_;
-    ++seen_;
-    off_ += off;
-    most_off_ = std::max(most_off_, off);
-    strange_ = 0;
-    sum_.ns += interval.ns;
-    ++sum_.cycles;
-    sum_.last = to;
-    return true;
-  }
   void BeginTurn(const FrameRef& from);
   [[nodiscard]] bool IsRhythm() const;
   [[nodiscard]] TimeNs OffOf(TimeNs interval) const;

@@ -20,6 +20,8 @@
 
 namespace ecaudit::sync {
 
+class FedTogether;
+
 struct OutputWatch {
   static constexpr TimeNs kUsualWatchdogNs = 100'000'000;  ///< after power-on
 
@@ -43,10 +45,13 @@ struct OutputWatch {
   Sync0Phase phase;
   /// Of the last stay in SAFEOP with SYNC0; null: nothing was measured.
   std::unique_ptr<Sync0Phase> safeop_phase;
-  bool in_safeop = false;  ///< when the last frame came, with SYNC0
+  bool in_safeop = false;           ///< when the last frame came, with SYNC0
+  FedTogether* together = nullptr;  ///< has counted frames that are not added here so far; null: there are none
   /// Status word in the inputs of this frame and of the one before.
   std::optional<std::uint16_t> status_word, last_status_word;
 
+  /// All frames so far are added, and each that follows is.
+  void Part();
   /// The frame at hand brought outputs.
   void Add(const FrameTime& time, FrameNo sent, const CyclicImage* of, bool slave_in_op);
   /// It got the last outputs in OP, as far as is known.

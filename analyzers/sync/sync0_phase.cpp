@@ -86,12 +86,23 @@ std::optional<std::uint64_t> Sync0Phase::StartOf(const SyncSettings& settings, c
 /// What was found stays found.
 void Sync0Phase::BeginStatistics(TimeNs phase, std::int64_t cycle) {
   begins_anew_ = false;
-  origin_ = min_ = max_ = phase;
+  origin_ = min_ = phase;
+  max_ = phase - 1;
   margin_ = cycle;
   frames_ = 0;
   sum_ = squares_ = 0;
   bins_ = {};
   misses_ = {};
+}
+
+void Sync0Phase::Extend(const FrameRef& frame, TimeNs phase, std::int64_t cycle) {
+  min_ = std::min(min_, phase);
+  max_ = std::max(max_, phase);
+  const TimeNs margin = std::min(phase, cycle - phase);
+  if (margin < margin_) {
+    margin_ = margin;
+    margin_frame_ = frame;
+  }
 }
 
 void Sync0Phase::CountMisses(const Arrival& arrival, bool undecided) {

@@ -39,31 +39,30 @@ class Sync0Phase {
   /// @param doubt_ns  how wrong `now` may be besides, mostly: stamps know no bound; 0: the frame itself carried it
   Arrival Add(const DcUnit& unit, const FrameRef& frame, const DcTime& now, bool wide, std::int64_t way_ns,
               TimeNs doubt_ns = 0);
-  /// Add() of a frame that carried the time itself and came after the next pulse, as nearly all do.
-  /// @return false: it did not, and nothing was done
-  [[nodiscard]] bool AddNext(const DcUnit& unit, const FrameRef& frame, const DcTime& now, std::int64_t way_ns) {
-    const SyncSettings& settings = *unit.active();
-    if (!has_slot_ || begins_anew_ || settings_frame_.number != settings.frame.number || epoch_ != now.epoch) {
-      return false;
-    }
-    const auto cycle = static_cast<std::int64_t>(unit.pulse_cycle_ns());
-    const std::int64_t since = Since(now, way_ns);
-    if (last_pulse_ < 0 || since <= since_ || since > kNever || since - since_ >= cycle + cycle / 2) return false;
-    const TimeNs phase = since - last_pulse_ - cycle;
-    const TimeNs uncertainty = UncertaintyOf(unit);
-    const std::int64_t lead = pulses_ + 1 - static_cast<std::int64_t>(frames_ + 1);
-    if (phase < uncertainty || phase >= cycle - uncertainty || slot_.least != pulses_ || slot_.most != pulses_ ||
-        lead != least_.pulses || lead != most_.pulses) {
-      return false;
-    }
-    uncertainty_ = uncertainty;
-    ++pulses_;
-    last_pulse_ += cycle;
-    since_ = since;
-    Count(frame, phase, cycle);
+  /// The last frame had the time `now`, came after the next pulse, and so did those before it. While each of those that
+  /// follow comes well between the next two, CountSteady() for each of them, and GoOn() once, are the same as Add().
+  [[nodiscard]] bool IsSteady(const DcUnit& unit, const DcTime& now) const {
+    const std::int64_t lead = pulses_ - static_cast<std::int64_t>(frames_);
+    return has_slot_ && !begins_anew_ && settings_frame_.number == unit.active()->frame.number && epoch_ == now.epoch &&
+           last_pulse_ >= 0 && since_ <= kNever / 2 && slot_.least == pulses_ && slot_.most == pulses_ &&
+           lead == least_.pulses && lead == most_.pulses;
+  }
+  void CountSteady(const FrameRef& frame, TimeNs phase, std::int64_t cycle) {
+    if (phase < min_ || phase > max_) Extend(frame, phase, cycle);
+    const TimeNs apart = Apart(phase, cycle);
+    sum_ += apart;
+    squares_ += Signed128{apart} * apart;
+    ++bins_[BinOf(phase, cycle)];
+  }
+  /// @param last  of `count` frames; it came `phase` after its pulse
+  void GoOn(const FrameRef& last, std::uint64_t count, TimeNs phase, std::int64_t cycle) {
+    const auto pulses = static_cast<std::int64_t>(count);
+    frames_ += count;
+    pulses_ += pulses;
+    last_pulse_ += pulses * cycle;
+    since_ = last_pulse_ + phase;
     slot_ = {pulses_, pulses_};
-    least_ = most_ = {lead, frames_, frame};
-    return true;
+    least_ = most_ = {pulses_ - static_cast<std::int64_t>(frames_), frames_, last};
   }
   /// How far the last frame came after its pulse.
   [[nodiscard]] TimeNs last_ns() const { return since_ - last_pulse_; }
@@ -79,7 +78,11 @@ class Sync0Phase {
   /// How far after a pulse the frames arrived so far, on average: just before one and just after it is at it, not in
   /// the middle.
   [[nodiscard]] TimeNs UsualNs(TimeNs cycle) const;
-  /// How well the slave's clock is known to agree with the reference, ns.
+  /// How well the slave's clock agrees with the reference, ns.
+  [[nodiscard]] static TimeNs UncertaintyOf(const DcUnit& unit) {
+    return std::max<TimeNs>(kClocksAgree, unit.last_difference_ns().value_or(0));
+  }
+  /// The same at the last frame, by what is known of it.
   [[nodiscard]] TimeNs uncertainty_ns() const { return uncertainty_; }
   /// Frames so near to a pulse that the side is unknown, and the first of them.
   [[nodiscard]] std::uint64_t undecided() const { return undecided_; }
@@ -123,25 +126,13 @@ class Sync0Phase {
     return static_cast<std::int64_t>(
         WrappingDifference(WrappingSum(now.ns, static_cast<std::uint64_t>(way_ns)), start_ns_));
   }
-  [[nodiscard]] static TimeNs UncertaintyOf(const DcUnit& unit) {
-    return std::max<TimeNs>(kClocksAgree, unit.last_difference_ns().value_or(0));
-  }
   void Count(const FrameRef& frame, TimeNs phase, std::int64_t cycle) {
-    if (begins_anew_) [[unlikely]]
-      BeginStatistics(phase, cycle);
-    if (phase < min_) min_ = phase;
-    if (phase > max_) max_ = phase;
-    const TimeNs margin = std::min(phase, cycle - phase);
-    if (margin < margin_) {
-      margin_ = margin;
-      margin_frame_ = frame;
-    }
+    if (begins_anew_) BeginStatistics(phase, cycle);
     ++frames_;
-    const TimeNs apart = Apart(phase, cycle);
-    sum_ += apart;
-    squares_ += Signed128{apart} * apart;
-    ++bins_[BinOf(phase, cycle)];
+    CountSteady(frame, phase, cycle);
   }
+  /// No phase so far was as early, or as late.
+  [[gnu::noinline]] void Extend(const FrameRef& frame, TimeNs phase, std::int64_t cycle);
   void CountMisses(const Arrival& arrival, bool undecided);
   /// From the first frame, the shorter way round.
   [[nodiscard]] TimeNs Apart(TimeNs phase, std::int64_t cycle) const {

@@ -38,7 +38,13 @@ SyncModel::SyncModel(const model::BusModel& model, const Pipeline& pipeline, Eve
   bus.ListenTo<mailbox::SdoTransfer, track::SlaveAccess, track::AlStatusRead>(Stage::kAfterModel, *this);
 }
 
-SyncModel::Slave& SyncModel::Grow(SlaveId slave) {
+SyncModel::Slave& SyncModel::Of(SlaveId id) {
+  Slave& slave = Grow(id);
+  slave.outputs.Part();
+  return slave;
+}
+
+SyncModel::Slave& SyncModel::Add(SlaveId slave) {
   while (slaves_.size() <= slave) slaves_.push_back(std::make_unique<Slave>());
   return *slaves_[slave];
 }
@@ -56,7 +62,9 @@ const DcUnit& SyncModel::dc(SlaveId slave) const {
 
 const OutputWatch& SyncModel::outputs(SlaveId slave) const {
   static const OutputWatch kNothing;
-  return slave < slaves_.size() ? slaves_[slave]->outputs : kNothing;
+  if (slave >= slaves_.size()) return kNothing;
+  slaves_[slave]->outputs.Part();
+  return slaves_[slave]->outputs;
 }
 
 void SyncModel::On(const FrameSeen& seen) {
@@ -110,7 +118,7 @@ void SyncModel::ReadStatusWords(const track::LogicalAccess& access) {
   for (const model::LogicalShare& share : expected.shares) {
     const model::SlaveModel& slave = bus_.slave(share.slave);
     if (share.input_bytes == 0 || !slave.profile->sync.lost_after_missing.value) continue;
-    Of(share.slave).outputs.ReadStatusWord(slave, share, access.returned_data);
+    Grow(share.slave).outputs.ReadStatusWord(slave, share, access.returned_data);
   }
 }
 
@@ -131,22 +139,50 @@ void SyncModel::Flush() {
 }
 
 void SyncModel::FeedEach() {
-  const auto feed = [this](SlaveId id, const CyclicImage* image, bool direct) {
-    Slave& slave = Of(id);
-    meter_.Feed(id, slave.outputs, slave.dc, at_hand_, image);
-    slave.outputs.direct = direct;
-  };
   for (const ProcessDatagram& datagram : at_hand_.datagrams()) {
     if (datagram.slave != kNoSlave) {
-      feed(datagram.slave, nullptr, true);
+      Slave& slave = Of(datagram.slave);
+      meter_.Feed(datagram.slave, slave.outputs, slave.dc, at_hand_, nullptr);
+      slave.outputs.direct = true;
       continue;
     }
     const model::LogicalExpectation& expected = bus_.Expect(datagram.command, datagram.address, datagram.length);
     const CyclicImage* image = Measure(datagram, IsOfOp(expected));
-    if (!datagram.brings_outputs() || expected.outputs == 0) continue;
+    if (datagram.brings_outputs() && expected.outputs > 0) FeedAll(datagram, expected, image);
+  }
+}
+
+/// Those of its slaves that are fed together, and each of the others by itself.
+void SyncModel::FeedAll(const ProcessDatagram& datagram, const model::LogicalExpectation& expected,
+                        const CyclicImage* image) {
+  const auto feed = [&](SlaveId id) -> Slave& {
+    Slave& slave = Of(id);
+    meter_.Feed(id, slave.outputs, slave.dc, at_hand_, image);
+    slave.outputs.direct = false;
+    return slave;
+  };
+  if (image == nullptr || sink_.HasSubscribers<PhaseMeasured>()) {
     for (const model::LogicalShare& share : expected.shares) {
-      if (share.outputs) feed(share.slave, image, false);
+      if (share.outputs) feed(share.slave);
     }
+    return;
+  }
+  Feeds& feeds = feeds_[images_.NumberOf(*image)];
+  const std::uint64_t mappings = bus_.network().mapping_version();
+  const bool same_slaves = feeds.mappings == mappings && feeds.length == datagram.length;
+  if (same_slaves && feeds.together.Take(*image, at_hand_)) {
+    for (const SlaveId id : feeds.others) feed(id);
+    return;
+  }
+  feeds.together.Settle();
+  feeds.mappings = mappings;
+  feeds.length = datagram.length;
+  feeds.others.clear();
+  feeds.together.Begin(*image, at_hand_);
+  for (const model::LogicalShare& share : expected.shares) {
+    if (!share.outputs) continue;
+    Slave& slave = feed(share.slave);
+    if (!feeds.together.Join(bus_.slave(share.slave).al, slave.outputs, slave.dc)) feeds.others.push_back(share.slave);
   }
 }
 
@@ -186,10 +222,11 @@ void SyncModel::On(const track::SlaveAccess& access) {
 
 /// With another delay the same frame lies elsewhere between two pulses: what comes is not compared with what was.
 void SyncModel::OnDelayAccess(const track::SlaveAccess& access) {
+  OutputWatch& outputs = Of(access.slave).outputs;
   const std::int64_t before = delays_.Of(access.slave);
   delays_.Touched();
   const std::int64_t moved = delays_.Of(access.slave) - before;
-  if (moved > kSameDelay || moved < -kSameDelay) Of(access.slave).outputs.phase.BeginAnew();
+  if (moved > kSameDelay || moved < -kSameDelay) outputs.phase.BeginAnew();
 }
 
 /// Before it was known what maps its outputs, it is unknown which frames brought some: it is known to wait from here.
@@ -216,7 +253,9 @@ void SyncModel::OnMemoryWritten(const track::SlaveAccess& access) {
 }
 
 void SyncModel::OnDcAccess(const track::SlaveAccess& access) {
-  Slave& slave = Of(access.slave);
+  // The time alone is read in nearly every cycle, and changes nothing in how outputs come.
+  const bool only_time = access.address == esc::kSystemTime && access.length() <= 8;
+  Slave& slave = only_time ? Grow(access.slave) : Of(access.slave);
   const bool distributes = access.command == wire::Command::ARMW || access.command == wire::Command::FRMW;
   // A write of 0x0910 sets nothing: the clock is compared with it, and made a little faster or slower.
   if (!access.written.empty() && !distributes && access.acceptance != track::Acceptance::kRefused &&
@@ -265,6 +304,7 @@ void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
 void SyncModel::On(const track::CaptureGap& gap) {
   Flush();
   for (const auto& slave : slaves_) {
+    slave->outputs.Part();
     slave->outputs.OnHole(gap);
     if (gap.certain) slave->dc.OnGap();
   }
@@ -282,7 +322,8 @@ void SyncModel::On(const track::RunBegan& run) {
   Flush();
   const bool asked = run.reason == track::RunBegan::Reason::kInitialised;
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
-    if (asked) meter_.Starve(static_cast<SlaveId>(s), slaves_[s]->outputs, run.frame, OutputGap::End::kRequest);
+    if (asked)
+      meter_.Starve(static_cast<SlaveId>(s), outputs(static_cast<SlaveId>(s)), run.frame, OutputGap::End::kRequest);
     EndRun(static_cast<SlaveId>(s));
   }
   CycleSummary ended = SummariseRun();
@@ -321,7 +362,7 @@ void SyncModel::On(const track::AlRequest& request) {
       request.control.state() == static_cast<std::uint8_t>(esc::AlState::OP) || request.slave >= slaves_.size()) {
     return;
   }
-  OutputWatch& watch = slaves_[request.slave]->outputs;
+  OutputWatch& watch = Of(request.slave).outputs;
   if (watch.fell.seen()) {
     // The master acknowledges the drop before outputs come again.
     meter_.StarvedUntil(request.slave, watch, watch.fell, watch.fell_to, watch.fell_code);
@@ -358,7 +399,7 @@ void SyncModel::On(const mailbox::SdoTransfer& transfer) {
 void SyncModel::Finish() {
   Flush();
   for (std::size_t s = 0; s < slaves_.size(); ++s) {
-    OutputWatch& watch = slaves_[s]->outputs;
+    const OutputWatch& watch = outputs(static_cast<SlaveId>(s));
     if (!watch.fell.seen()) {
       meter_.Starve(static_cast<SlaveId>(s), watch, last_seen_, OutputGap::End::kCapture);
       continue;
@@ -422,7 +463,7 @@ std::optional<DcSummary> SyncModel::Summarise(SlaveId slave) const {
   DcSummary summary = unit.Summary(bus_.network().state(slave).registers);
   summary.reference = clock_.samples() > 0 && clock_.reference() == slave;
   summary.pll = slaves_[slave]->pll.Summary(bus_.slave(slave));
-  const Sync0Phase& phase = slaves_[slave]->outputs.phase;
+  const Sync0Phase& phase = outputs(slave).phase;
   if (phase.frames() > 0 && unit.activated()) {
     summary.phase = phase.Summary(unit.activated()->sync0_cycle_ns.value_or(0));
   }

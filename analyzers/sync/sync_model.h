@@ -6,10 +6,12 @@
 ///   CyclicImages  rhythm of the process data       DcUnit, DcClock  distributed clocks
 ///   OutputWatch   how outputs reach one slave      PllWatch         what the drive shows of its own clock
 ///   OutputMeter   ... and how they should          TimeTrust        how good the stamps are
+///   FedTogether   what slaves of one image share
 ///   SentFrames    frames as they passed            FrameAtHand      the one that passes now
 ///   ProcessDataPauses   when no slave got outputs
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -20,6 +22,7 @@
 #include "analyzers/sync/cyclic_images.h"
 #include "analyzers/sync/dc_clock.h"
 #include "analyzers/sync/dc_unit.h"
+#include "analyzers/sync/fed_together.h"
 #include "analyzers/sync/frame_at_hand.h"
 #include "analyzers/sync/output_meter.h"
 #include "analyzers/sync/output_watch.h"
@@ -100,14 +103,17 @@ class SyncModel final {
     bool fmmus_known = false;
     bool outputs_mapped = false;
   };
-  Slave& Of(SlaveId slave) { return slave < slaves_.size() ? *slaves_[slave] : Grow(slave); }
-  Slave& Grow(SlaveId slave);
+  /// Of a slave of which something is to be changed, or read: outputs that come are its own from here on.
+  Slave& Of(SlaveId id);
+  Slave& Grow(SlaveId slave) { return slave < slaves_.size() ? *slaves_[slave] : Add(slave); }
+  Slave& Add(SlaveId slave);
   [[nodiscard]] bool IsCopyOfLast(const wire::FrameView& frame) const;
   void BeginFrame(const FrameRef& sent, const FrameRef& returned);
   void Flush();
   [[nodiscard]] bool IsOfOp(const model::LogicalExpectation& expected) const;
   const CyclicImage* Measure(const ProcessDatagram& datagram, bool in_op);
   void FeedEach();
+  void FeedAll(const ProcessDatagram& datagram, const model::LogicalExpectation& expected, const CyclicImage* image);
   void ReadStatusWords(const track::LogicalAccess& access);
   void EndRun(SlaveId id);
   void OnMemoryWritten(const track::SlaveAccess& access);
@@ -126,6 +132,14 @@ class SyncModel final {
   CycleSummary earlier_;  // of the run before with the most cycles
   SlaveDelays delays_;
   std::vector<std::unique_ptr<Slave>> slaves_;  // grows without moving what rules refer to
+  /// Slaves that the datagrams of one image feed.
+  struct Feeds {
+    FedTogether together;         // nearly always all of them ...
+    std::vector<SlaveId> others;  // ... but for these
+    std::uint64_t mappings = 0;   // the network's version of what is mapped, and ...
+    std::uint16_t length = 0;     // ... the length of the datagrams for which that is so
+  };
+  std::array<Feeds, CyclicImages::kMost> feeds_;
 
   OutputMeter meter_;
   FrameAtHand at_hand_;
