@@ -207,7 +207,17 @@ void BusModel::On(const ProcessCycle& cycle) {
   events_.Publish(cycle);
   if (cycle.part.slave == kNoSlave) return Presume(cycle);
   SlaveModel& slave = *by_id_[cycle.part.slave];
-  ProcessTraffic& traffic = cycle.part.direction == device::PdoDirection::kRx ? slave.outputs : slave.inputs;
+  const bool inputs = cycle.part.direction == device::PdoDirection::kTx;
+  if (cycle.exchange == Exchange::kNo) {
+    events_.Publish(ProcessDataMissed{cycle});
+  } else if (cycle.exchange == Exchange::kYes && cycle.has_data()) {
+    if (inputs) {
+      events_.Publish(InputsGiven{cycle});
+    } else {
+      events_.Publish(OutputsTaken{cycle});
+    }
+  }
+  ProcessTraffic& traffic = inputs ? slave.inputs : slave.outputs;
   if (cycle.exchange == Exchange::kYes || cycle.exchange == Exchange::kInferred) {
     if (traffic.exchanged++ == 0) traffic.first = cycle.frame();
     traffic.last = cycle.frame();

@@ -75,6 +75,22 @@ struct ProcessCycle {
   void AppendRaw(std::vector<std::uint8_t>& out) const;
 };
 
+// What the working counter shows for certain of a slave that is met, for listeners that need no more; published after
+// the ProcessCycle itself.
+
+/// Inputs that the slave gave.
+struct InputsGiven {
+  const ProcessCycle& cycle;  ///< has_data()
+};
+/// Outputs that the slave took.
+struct OutputsTaken {
+  const ProcessCycle& cycle;  ///< has_data()
+};
+/// The slave did not count.
+struct ProcessDataMissed {
+  const ProcessCycle& cycle;
+};
+
 /// Bits at any place; see ExtractBits().
 [[nodiscard]] std::uint64_t ExtractAnyBits(ByteSpan data, std::uint64_t bit, unsigned count);
 

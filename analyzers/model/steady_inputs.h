@@ -23,22 +23,10 @@ class SteadyInputs {
   }
   /// The next cycle. @param bytes of all inputs  @param frame that brought them, with a time stamp
   void Take(ByteSpan bytes, const FrameRef& frame) {
-    if (bytes_.size() != bytes.size()) {
-      bytes_.assign(bytes.begin(), bytes.end());
-      for (std::vector<std::uint8_t>& changed : changed_) changed.assign(bytes.size(), 0);
-      begin_ = frame;
-      before_ = FrameRef{};
-      frames_ = {1, 0};
-      return;
-    }
+    if (bytes_.size() != bytes.size()) return Begin(bytes, frame);
     ++frames_[0];
-    if (std::memcmp(bytes_.data(), bytes.data(), bytes.size()) != 0) Change(bytes);
-    if (Elapsed(begin_.time, frame.time) < kWindowNs) return;
-    std::swap(changed_[0], changed_[1]);
-    changed_[0].assign(bytes.size(), 0);
-    frames_ = {1, frames_[0] - 1};  // this frame begins the next window
-    before_ = begin_;
-    begin_ = frame;
+    Change(bytes);
+    if (Elapsed(begin_.time, frame.time) >= kWindowNs) BeginWindow(frame);
   }
   /// The last inputs; empty: none are known.
   [[nodiscard]] ByteSpan bytes() const { return bytes_; }
@@ -55,19 +43,45 @@ class SteadyInputs {
  private:
   static constexpr std::int64_t kWindowNs = 200'000'000;
 
-  /// Eight bytes at a time: inputs of axes that move change in every cycle.
+  [[gnu::noinline]] void Begin(ByteSpan bytes, const FrameRef& frame) {
+    bytes_.assign(bytes.begin(), bytes.end());
+    for (std::vector<std::uint8_t>& changed : changed_) changed.assign(bytes.size(), 0);
+    begin_ = frame;
+    before_ = FrameRef{};
+    frames_ = {1, 0};
+  }
+  [[gnu::noinline]] void BeginWindow(const FrameRef& frame) {
+    std::swap(changed_[0], changed_[1]);
+    changed_[0].assign(bytes_.size(), 0);
+    frames_ = {1, frames_[0] - 1};  // this frame begins the next window
+    before_ = begin_;
+    begin_ = frame;
+  }
+
+  /// Inputs of axes that move change in every cycle: eight bytes at a time, the last eight also where some of them were
+  /// taken before.
   void Change(ByteSpan bytes) {
+    constexpr std::size_t kStep = sizeof(std::uint64_t);
+    const std::uint8_t* const from = bytes.data();
+    std::uint8_t* const known = bytes_.data();
     std::uint8_t* const changed = changed_[0].data();
-    std::size_t i = 0;
-    for (std::uint64_t before = 0, now = 0, all = 0; i + sizeof(now) <= bytes.size(); i += sizeof(now)) {
-      std::memcpy(&before, bytes_.data() + i, sizeof(before));
-      std::memcpy(&now, bytes.data() + i, sizeof(now));
-      std::memcpy(&all, changed + i, sizeof(all));
-      all |= before ^ now;
-      std::memcpy(changed + i, &all, sizeof(all));
+    if (bytes.size() < kStep) {
+      for (std::size_t i = 0; i < bytes.size(); ++i) Change<std::uint8_t>(from + i, known + i, changed + i);
+      return;
     }
-    for (; i < bytes.size(); ++i) changed[i] = static_cast<std::uint8_t>(changed[i] | (bytes_[i] ^ bytes[i]));
-    std::memcpy(bytes_.data(), bytes.data(), bytes.size());
+    const std::size_t last = bytes.size() - kStep;
+    for (std::size_t i = 0; i < last; i += kStep) Change<std::uint64_t>(from + i, known + i, changed + i);
+    Change<std::uint64_t>(from + last, known + last, changed + last);
+  }
+  template <typename T>
+  static void Change(const std::uint8_t* from, std::uint8_t* known, std::uint8_t* changed) {
+    T before = 0, now = 0, all = 0;
+    std::memcpy(&before, known, sizeof(T));
+    std::memcpy(&now, from, sizeof(T));
+    std::memcpy(&all, changed, sizeof(T));
+    all = static_cast<T>(all | (before ^ now));
+    std::memcpy(changed, &all, sizeof(T));
+    std::memcpy(known, &now, sizeof(T));
   }
 
   std::vector<std::uint8_t> bytes_;

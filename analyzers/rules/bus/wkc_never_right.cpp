@@ -132,7 +132,7 @@ class WkcNeverRight final : public Rule {
  public:
   WkcNeverRight() : Rule(kInfo) {
     Subscribe<model::AlRequestJudged>(&WkcNeverRight::On);
-    Subscribe<model::ProcessCycle>(&WkcNeverRight::On);
+    Subscribe<model::ProcessDataMissed>(&WkcNeverRight::On);
     Subscribe<track::LogicalAccess>(&WkcNeverRight::On);
     Subscribe<track::RunBegan>(&WkcNeverRight::On);
   }
@@ -150,9 +150,7 @@ class WkcNeverRight final : public Rule {
                .missed = {}};
   }
 
-  void On(const model::ProcessCycle& cycle) {
-    if (cycle.exchange == model::Exchange::kNo && cycle.part.slave != kNoSlave) Count(cycle);
-  }
+  void On(const model::ProcessDataMissed& e) { Count(e.cycle); }
 
   void On(const track::LogicalAccess& e) {
     if (e.assumed || !e.returned.seen()) return;
@@ -269,7 +267,7 @@ class WkcNeverRight final : public Rule {
   };
 
   /// Data that a slave did not exchange, from the first request for OP on.
-  [[gnu::noinline]] void Count(const model::ProcessCycle& cycle) {
+  void Count(const model::ProcessCycle& cycle) {
     const bool outputs = cycle.part.direction == device::PdoDirection::kRx;
     const model::SlaveModel& model = context().slave(cycle.part.slave);
     const bool in_op = model.al.SettledIn(esc::AlState::OP);

@@ -106,7 +106,7 @@ Find the number in the manual of the device, remove the cause, and clear the fau
 class DeviceFaultBit final : public Rule {
  public:
   DeviceFaultBit() : Rule(kInfo) {
-    Subscribe<model::ProcessCycle>(&DeviceFaultBit::On);
+    Subscribe<model::InputsGiven>(&DeviceFaultBit::On);
     Subscribe<mailbox::SdoTransfer>(&DeviceFaultBit::On);
     Subscribe<track::CaptureGap>(&DeviceFaultBit::On);
     Subscribe<track::RunBegan>(&DeviceFaultBit::On);
@@ -115,9 +115,13 @@ class DeviceFaultBit final : public Rule {
   void On(const track::CaptureGap&) { Forget(); }
   void On(const track::RunBegan&) { Forget(); }
 
-  void On(const model::ProcessCycle& cycle) {
-    const bool inputs = cycle.part.direction == device::PdoDirection::kTx;
-    if (inputs && cycle.part.slave != kNoSlave && !cycle.part.places.empty()) TakeInputs(cycle);
+  void On(const model::InputsGiven& e) {
+    const model::ImagePart& part = e.cycle.part;
+    Placed* placed = part.slave < placed_.size() ? &placed_[part.slave] : nullptr;
+    if (placed == nullptr || placed->serial != part.serial || placed->family != part.model->profile) {
+      placed = Place(part);
+    }
+    if (placed != nullptr && !placed->places.empty()) TakeInputs(*placed, e.cycle);
   }
 
   void On(const mailbox::SdoTransfer& t) {
@@ -178,12 +182,8 @@ class DeviceFaultBit final : public Rule {
     }
   }
 
-  [[gnu::noinline]] void TakeInputs(const model::ProcessCycle& cycle) {
+  [[gnu::noinline]] void TakeInputs(Placed& placed, const model::ProcessCycle& cycle) {
     const model::ImagePart& part = cycle.part;
-    if (part.slave >= placed_.size()) placed_.resize(part.slave + std::size_t{1});
-    Placed& placed = placed_[part.slave];
-    if (placed.serial != part.serial || placed.family != part.model->profile) Place(placed, part);
-    if (placed.places.empty() || cycle.exchange != model::Exchange::kYes || !cycle.has_data()) return;
     placed.newest = cycle.frame().number;
     for (Placed::One& one : placed.places) {
       const model::ImagePart::Place& place = one.place;
@@ -197,7 +197,11 @@ class DeviceFaultBit final : public Rule {
     }
   }
 
-  static void Place(Placed& placed, const model::ImagePart& part) {
+  /// @return null: it is not known what is in the part
+  [[gnu::noinline]] Placed* Place(const model::ImagePart& part) {
+    if (part.places.empty()) return nullptr;
+    if (part.slave >= placed_.size()) placed_.resize(part.slave + std::size_t{1});
+    Placed& placed = placed_[part.slave];
     placed = {part.serial, part.model->profile, 0, {}};
     ForEachSign(*part.model->profile, [&](const Sign& row) {
       const model::ImagePart::Place* place = part.Find(row.index, row.subindex);
@@ -205,6 +209,7 @@ class DeviceFaultBit final : public Rule {
           placed.places.empty() || (place != nullptr && placed.places.back().place.object != place->object);
       if (place != nullptr && other) placed.places.push_back({*place, {}});
     });
+    return &placed;
   }
 
   /// Inputs that came after the request hold the object that the answer holds. Else the next inputs are evaluated even

@@ -63,7 +63,7 @@ class DriveSdoControlWord final : public Rule {
  public:
   DriveSdoControlWord() : Rule(kInfo) {
     Subscribe<mailbox::SdoTransfer>(&DriveSdoControlWord::On);
-    Subscribe<model::ProcessCycle>(&DriveSdoControlWord::On);
+    Subscribe<model::OutputsTaken>(&DriveSdoControlWord::On);
     Subscribe<track::CaptureGap>(&DriveSdoControlWord::On);
     Subscribe<track::RunBegan>(&DriveSdoControlWord::On);
   }
@@ -95,9 +95,8 @@ class DriveSdoControlWord final : public Rule {
                         outputs.assumed ? Confidence::kInferred : ConfidenceOf(t.certainty)});
   }
 
-  void On(const model::ProcessCycle& cycle) {
-    if (written_.empty() || cycle.part.direction != device::PdoDirection::kRx) return;
-    if (cycle.exchange == model::Exchange::kYes && cycle.has_data()) Compare(cycle);
+  void On(const model::OutputsTaken& e) {
+    if (!written_.empty()) Compare(e.cycle);
   }
 
  private:

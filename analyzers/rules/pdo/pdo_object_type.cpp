@@ -109,7 +109,7 @@ class PdoObjectType final : public Rule {
  public:
   PdoObjectType() : Rule(kInfo) {
     Subscribe<mailbox::SdoTransfer>(&PdoObjectType::On);
-    Subscribe<model::ProcessCycle>(&PdoObjectType::On);
+    Subscribe<model::InputsGiven>(&PdoObjectType::On);
     Subscribe<track::CaptureGap>(&PdoObjectType::On);
     Subscribe<track::RunBegan>(&PdoObjectType::On);
   }
@@ -118,9 +118,11 @@ class PdoObjectType final : public Rule {
   void On(const track::RunBegan&) { Forget(); }
 
   /// Follows the inputs of the slaves that have a mailbox, where they lie in one piece.
-  void On(const model::ProcessCycle& cycle) {
-    if (cycle.part.direction != PdoDirection::kTx || cycle.part.slave >= held_.size() || cycle.part.by_eni) return;
-    if (held_[cycle.part.slave].with_sdo) TakeInputs(cycle);
+  void On(const model::InputsGiven& e) {
+    const model::ImagePart& part = e.cycle.part;
+    if (part.slave >= held_.size()) return;
+    Held& held = held_[part.slave];
+    if (held.serial == part.serial || (held.with_sdo && Begin(held, part))) TakeInputs(held, e.cycle);
   }
 
   void On(const mailbox::SdoTransfer& transfer) {
@@ -167,6 +169,7 @@ class PdoObjectType final : public Rule {
     bool with_sdo = false;  ///< the slave has a mailbox
     std::uint64_t serial = 0;
     std::uint32_t begin = 0;  ///< bit of the datagram where they begin
+    std::uint32_t bytes = 0;
     std::vector<model::ImagePart::Place> places;
     model::SteadyInputs inputs;
     std::vector<Compared> compared;
@@ -191,21 +194,25 @@ class PdoObjectType final : public Rule {
   void Forget() {
     for (Held& held : held_) held.Forget();
   }
+  [[gnu::noinline]] static void Forget(Held& held) { held.Forget(); }
 
-  [[gnu::noinline]] void TakeInputs(const model::ProcessCycle& cycle) {
-    if (cycle.exchange != model::Exchange::kYes || !cycle.has_data() || cycle.part.places.empty()) return;
-    const std::vector<model::BitRun>& runs = cycle.part.runs;
-    if (runs.size() != 1 || runs[0].in_datagram % 8 != 0 || runs[0].bits % 8 != 0) return;
-    Held& held = held_[cycle.part.slave];
-    if (held.serial != cycle.part.serial) {
-      // Inputs in several datagrams, or other ones than before.
-      held.Forget();
-      held.serial = cycle.part.serial;
-      held.places = cycle.part.places;
-      held.begin = runs[0].in_datagram;
-    }
-    if (!cycle.frame().has_time) return held.Forget();
-    held.inputs.Take(Slice(cycle.data, runs[0].in_datagram / 8, runs[0].bits / 8), cycle.frame());
+  /// Inputs in several datagrams, or other ones than before.
+  /// @return false: they are not in one piece, or not known
+  [[gnu::noinline]] static bool Begin(Held& held, const model::ImagePart& part) {
+    if (part.by_eni || part.places.empty() || part.runs.size() != 1) return false;
+    const model::BitRun& run = part.runs[0];
+    if (run.in_datagram % 8 != 0 || run.bits % 8 != 0) return false;
+    held.Forget();
+    held.serial = part.serial;
+    held.places = part.places;
+    held.begin = run.in_datagram;
+    held.bytes = run.bits / 8;
+    return true;
+  }
+
+  void TakeInputs(Held& held, const model::ProcessCycle& cycle) {
+    if (!cycle.frame().has_time) return Forget(held);
+    held.inputs.Take(Slice(cycle.data, held.begin / 8, held.bytes), cycle.frame());
     if (!held.compared.empty()) Confirm(held, cycle);
   }
 
@@ -262,7 +269,7 @@ class PdoObjectType final : public Rule {
     return false;
   }
 
-  void Confirm(Held& held, const model::ProcessCycle& cycle) {
+  [[gnu::noinline]] void Confirm(Held& held, const model::ProcessCycle& cycle) {
     std::erase_if(held.compared, [&](Compared& compared) {
       if (held.ValueAt(compared.place) != compared.by_process_data) return true;
       const bool settled = Elapsed(compared.answer.time, cycle.frame().time) >= kSettledNs;
