@@ -228,8 +228,8 @@ void BusModel::On(const ProcessCycle& cycle) {
     if (cycle.command == wire::Command::LRW) ++traffic.since.missed_by_lrw;
     traffic.since.last_missed = cycle.frame().number;
   }
-  slave.latch.OnCycle(cycle);
-  slave.touch_probe.OnCycle(cycle);
+  if (slave.latch.Wants(cycle.part.serial, inputs)) slave.latch.OnCycle(cycle);
+  if (slave.touch_probe.Wants(cycle.part.serial, inputs)) slave.touch_probe.OnCycle(cycle);
   slave.drives.OnCycle(cycle);
 }
 

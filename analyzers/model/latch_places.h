@@ -32,6 +32,12 @@ struct LatchPart {
   std::array<Where, kMaxLatchEdges> positions{};
   bool any_position = false;
   bool stray_position = false;  ///< a latch position whose edge the manual does not state
+
+  /// Once it came, it changes nothing until another part of the same direction came.
+  [[nodiscard]] bool idle() const {
+    return !unknown_layout && !incomplete && control.bits == 0 && status.bits == 0 && probe.bits == 0 &&
+           !any_position && !stray_position;
+  }
 };
 
 class LatchPlaces {

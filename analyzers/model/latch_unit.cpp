@@ -27,6 +27,7 @@ void LatchUnit::SetFamily(const device::DeviceDescription& family) {
   Forget();
   latch_ = latch;
   places_.Forget();
+  idle_ = {};
   edges_.SetFamily(latch);
   selector_.SetFamily(latch);
   probe_.SetFamily(latch);
@@ -63,10 +64,17 @@ std::optional<bool> LatchUnit::input(std::size_t n, std::uint16_t status_word) c
 
 // --- process data -------------------------------------------------------------------------------------------------
 
-void LatchUnit::Follow(const ProcessCycle& cycle) {
+/// Another part than the last one of its direction.
+[[gnu::noinline]] const LatchPart& LatchUnit::Turn(const ImagePart& image) {
+  const LatchPart& part = places_.Of(image, *latch_, edges_.size());
+  idle_[image.direction == device::PdoDirection::kTx ? 1 : 0] = part.idle() ? image.serial : 0;
+  return part;
+}
+
+void LatchUnit::OnCycle(const ProcessCycle& cycle) {
   const bool inputs = cycle.part.direction == device::PdoDirection::kTx;
   const LatchPart* last = places_.Last(cycle.part.serial, inputs);
-  const LatchPart& part = last != nullptr ? *last : places_.Of(cycle.part, *latch_, edges_.size());
+  const LatchPart& part = last != nullptr ? *last : Turn(cycle.part);
   if (inputs) {
     OnInputs(cycle, part);
   } else if (part.control.bits != 0 || part.probe.bits != 0) {

@@ -71,10 +71,12 @@ class LatchUnit {
   /// How long the acknowledge may take to follow the selector, in ns.
   void SetAcknowledgeLimit(std::int64_t limit_ns) { selector_.SetAcknowledgeLimit(limit_ns); }
 
-  /// Process data of this slave; outputs of a datagram come before its inputs.
-  void OnCycle(const ProcessCycle& cycle) {
-    if (latch_ != nullptr) Follow(cycle);
+  /// Whether process data of the part with this serial matter: most hold nothing of latches.
+  [[nodiscard]] bool Wants(std::uint64_t part, bool inputs) const {
+    return latch_ != nullptr && part != idle_[inputs ? 1 : 0];
   }
+  /// Process data of this slave that it wants; outputs of a datagram come before its inputs.
+  void OnCycle(const ProcessCycle& cycle);
   void OnSdo(const mailbox::SdoTransfer& transfer);
   /// The slave leaves the states in which it has process data: its latches begin again, not evaluated.
   void Forget();
@@ -109,7 +111,7 @@ class LatchUnit {
   [[nodiscard]] const FrameRef& last_status_frame() const { return status_.frame; }
 
  private:
-  void Follow(const ProcessCycle& cycle);
+  [[nodiscard]] const LatchPart& Turn(const ImagePart& image);
   void OnOutputs(const ProcessCycle& cycle, const LatchPart& part);
   void OnInputs(const ProcessCycle& cycle, const LatchPart& part);
   void NoteSent(const ProcessCycle& cycle, const LatchPart& part);
@@ -133,6 +135,8 @@ class LatchUnit {
   LatchStatus status_;
   std::array<std::uint64_t, kMaxInputs> input_changes_{};
   LatchPlaces places_;
+  /// Serials of the parts that came last, outputs and inputs, where nothing in them matters to latches; 0: it does.
+  std::array<std::uint64_t, 2> idle_{};
   LatchReporter report_;
   LatchEdges edges_;
   LatchSelector selector_;
