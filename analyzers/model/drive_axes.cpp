@@ -35,8 +35,7 @@ void DriveAxes::Meet(std::uint8_t axis) {
   if (family_ != nullptr) unit->second.SetFamily(*family_);
 }
 
-void DriveAxes::OnCycle(const ProcessCycle& cycle) {
-  const std::uint8_t axes = first_.OnCycle(cycle);
+void DriveAxes::OnFurther(const ProcessCycle& cycle, std::uint8_t axes) {
   for (std::uint8_t axis = 1; axis < kMost && axes >> axis != 0; ++axis) {
     if ((axes & BitOf(axis)) != 0) Meet(axis);
   }

@@ -29,7 +29,10 @@ class DriveAxes {
   void SetFamily(const device::DeviceDescription& family);
   void SetLimits(const DriveLimits& limits);
 
-  void OnCycle(const ProcessCycle& cycle);
+  void OnCycle(const ProcessCycle& cycle) {
+    const std::uint8_t axes = first_.OnCycle(cycle);
+    if (axes > 1 || !further_.empty()) OnFurther(cycle, axes);
+  }
   void OnSdo(const mailbox::SdoTransfer& transfer);
   void ForgetObject(std::uint16_t index);
   void OnRunBegan();
@@ -64,6 +67,8 @@ class DriveAxes {
     visit(first_);
     for (auto& [axis, unit] : further_) visit(unit);
   }
+  /// @param axes whose control or status word lies in these process data: the first is bit 0
+  void OnFurther(const ProcessCycle& cycle, std::uint8_t axes);
   /// Makes the unit of a further axis, where there is none yet.
   void Meet(std::uint8_t axis);
 

@@ -20,6 +20,9 @@ class DriveModes {
   /// The same request again would change nothing.
   [[nodiscard]] bool request_is_of_this_run() const { return !of_run_before_[0]; }
 
+  /// Likewise what the drive shows.
+  [[nodiscard]] bool shown_is_of_this_run() const { return !of_run_before_[1]; }
+
   /// @param shown  by the drive, else requested
   /// @return true where it is another one
   bool On(std::int8_t value, bool shown, const FrameRef& frame, bool by_sdo, bool inferred) {

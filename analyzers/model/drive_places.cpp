@@ -1,5 +1,7 @@
 #include "analyzers/model/drive_places.h"
 
+#include <algorithm>
+
 #include "analyzers/model/drive_axes.h"
 #include "analyzers/model/drive_events.h"
 #include "analyzers/model/process_image.h"
@@ -9,6 +11,20 @@ namespace ecaudit::model {
 namespace {
 
 constexpr std::uint16_t kFirstOfAxis = 0x6000;  ///< objects before are the device's
+
+/// DrivePart::bytes
+std::size_t BytesOf(const DrivePart& part) {
+  std::size_t bytes = 0;
+  const auto add = [&bytes](const std::optional<std::uint32_t>& bit, std::size_t length) {
+    if (bit) bytes = *bit % 8 != 0 ? DrivePart::kNone : std::max(bytes, *bit / 8 + length);
+  };
+  for (std::size_t i = 0; i < part.controls; ++i) add(part.control[i], 2);
+  add(part.status, 2);
+  add(part.mode, 1);
+  add(part.mode_shown, 1);
+  add(part.error_code, 2);
+  return bytes;
+}
 
 }  // namespace
 
@@ -58,6 +74,7 @@ const DrivePart& DrivePlaces::Of(const ImagePart& part) {
       }
     }
   }
+  places.bytes = BytesOf(places);
   places.known = places.controls > 0 || places.mode || places.status || places.mode_shown || places.error_code;
   return places;
 }

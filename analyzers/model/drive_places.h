@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "decoder/base/bytes.h"
 #include "decoder/device/drive_profile.h"
 
 namespace ecaudit::model {
@@ -26,6 +27,11 @@ struct DrivePart {
   std::array<std::uint32_t, 4> control{};                             ///< first bits of 16
   std::optional<std::uint32_t> status, mode, mode_shown, error_code;  ///< first bits of 16, 8, 8, 16
   std::uint16_t error_object = 0;  ///< which object error_code is, in the first axis' numbers
+  std::size_t bytes = 0;           ///< of data that reach over all of them; kNone: some begins within a byte
+
+  static constexpr std::size_t kNone = ~std::size_t{0};
+  /// Each begins with a byte, and lies within the data: nearly always.
+  [[nodiscard]] bool LieIn(ByteSpan data) const { return bytes <= data.size(); }
 };
 
 class DrivePlaces {

@@ -1,6 +1,7 @@
 #include "analyzers/model/drive_unit.h"
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 
 #include "analyzers/model/drive_paths.h"
@@ -12,19 +13,23 @@ namespace {
 
 using device::DriveState;
 
-constexpr std::uint16_t kWarningBit = 0x0080;
-
-template <typename T>
-std::optional<T> Read(ByteSpan data, std::uint32_t bit) {
-  constexpr unsigned kBits = 8 * sizeof(T);
-  if (std::uint64_t{bit} + kBits > std::uint64_t{data.size()} * 8) return std::nullopt;
-  return static_cast<T>(ExtractBits(data, bit, kBits));
+/// The number that begins with this bit; nothing where it does not lie in the data.
+/// @tparam kWhole  DrivePart::LieIn() holds: nearly always, and then it is a load
+template <typename T, bool kWhole = false>
+[[gnu::always_inline]] inline std::optional<T> Read(ByteSpan data, std::uint32_t bit) {
+  if constexpr (kWhole) {
+    return static_cast<T>(LoadLittleEndian<std::make_unsigned_t<T>>(data.data() + bit / 8));
+  } else {
+    constexpr unsigned kBits = 8 * sizeof(T);
+    if (std::uint64_t{bit} + kBits > std::uint64_t{data.size()} * 8) return std::nullopt;
+    return static_cast<T>(ExtractBits(data, bit, kBits));
+  }
 }
 
-/// Whether the word there is the known one.
-template <typename T>
-bool Same(ByteSpan data, std::uint32_t bit, const std::optional<T>& known) {
-  return known && Read<T>(data, bit) == known;
+/// Whether the number there is the known one.
+template <bool kWhole = false, typename T>
+[[gnu::always_inline]] inline bool Same(ByteSpan data, std::uint32_t bit, const std::optional<T>& known) {
+  return known && Read<T, kWhole>(data, bit) == known;
 }
 
 }  // namespace
@@ -42,49 +47,66 @@ void DriveUnit::SetFamily(const device::DeviceDescription& family) {
   status_.SetFamily(*drive_);
 }
 
-/// Nearly every cycle carries the words of the one before.
-[[gnu::always_inline]] inline bool DriveUnit::InputsRepeat(const DrivePart& part, ByteSpan data) const {
+/// Nearly every cycle shows what the one before did.
+/// @return false: nothing was done
+template <bool kWhole>
+[[gnu::always_inline]] inline bool DriveUnit::RepeatInputs(const ProcessCycle& cycle, const DrivePart& part) {
   const auto same = [&](const std::optional<std::uint32_t>& bit, const auto& known) {
-    return !bit || Same(data, *bit, known);
+    return !bit || Same<kWhole>(cycle.data, *bit, known);
   };
   if (!expected_.empty() || doubtful_.pending()) return false;
-  if (!same(part.status, status_.word) || !same(part.mode_shown, modes_.shown()) ||
-      !same(part.error_code, faults_.error_code())) {
-    return false;
+  if (!same(part.mode_shown, modes_.shown()) || !same(part.error_code, faults_.error_code())) return false;
+  if (!part.status) return true;
+  if (!status_.mapped || !status_.word || !al_states_.ShowsStatus()) return false;
+  const auto word = Read<std::uint16_t, kWhole>(cycle.data, *part.status);
+  if (word == status_.word) {
+    status_.Repeat(cycle.frame());
+    return true;
   }
-  return !part.status || (status_.mapped && al_states_.ShowsStatus());
+  if (!word || !status_.Confirms(*word) || (part.mode_shown && !modes_.shown_is_of_this_run())) return false;
+  status_.Confirm(*word, cycle.frame());
+  after_gap_ = false;
+  return true;
 }
 
-[[gnu::always_inline]] inline bool DriveUnit::OutputsRepeat(const DrivePart& part, ByteSpan data, bool done) const {
+template <bool kWhole>
+[[gnu::always_inline]] inline bool DriveUnit::OutputsRepeat(const ProcessCycle& cycle, const DrivePart& part,
+                                                            bool done) const {
   if (part.controls > 0 && (!control_.mapped() || control_.taken != control_.sent ||
                             (done && control_.acts != al_states_.ActsOnControl()))) {
     return false;
   }
   for (std::size_t i = 0; i < part.controls; ++i) {
-    if (!Same(data, part.control[i], control_.sent)) return false;
+    if (!Same<kWhole>(cycle.data, part.control[i], control_.sent)) return false;
   }
-  return !part.mode || !done || (modes_.request_is_of_this_run() && Same(data, *part.mode, modes_.requested()));
+  return !part.mode || !done ||
+         (modes_.request_is_of_this_run() && Same<kWhole>(cycle.data, *part.mode, modes_.requested()));
+}
+
+/// @return false: nothing was done, the words are to be taken
+template <bool kWhole>
+[[gnu::always_inline]] inline bool DriveUnit::Repeat(const ProcessCycle& cycle, const DrivePart& part) {
+  const bool done = cycle.exchange == Exchange::kInferred || cycle.exchange == Exchange::kYes;
+  if (cycle.part.direction == device::PdoDirection::kRx) return OutputsRepeat<kWhole>(cycle, part, done);
+  return !done || RepeatInputs<kWhole>(cycle, part);
 }
 
 std::uint8_t DriveUnit::OnCycle(const ProcessCycle& cycle) {
   if (drive_ == nullptr) return 0;
-  const bool inputs = cycle.part.direction == device::PdoDirection::kTx;
-  const DrivePart* last = places_.Last(cycle.part.serial, inputs);
-  const DrivePart& part = last != nullptr ? *last : places_.Of(cycle.part);
-  if (part.known && !cycle.data.empty()) {
-    if (inputs) {
-      OnInputs(cycle, part);
-    } else {
-      OnOutputs(cycle, part);
-    }
-  }
-  return part.axes;
+  const DrivePart* const part = places_.Last(cycle.part.serial, cycle.part.direction == device::PdoDirection::kTx);
+  if (part == nullptr) return Take(cycle, places_.Of(cycle.part));
+  if (!part->known || cycle.data.empty()) return part->axes;
+  return part->LieIn(cycle.data) && Repeat<true>(cycle, *part) ? part->axes : Take(cycle, *part);
 }
 
-[[gnu::always_inline]] inline void DriveUnit::OnInputs(const ProcessCycle& cycle, const DrivePart& part) {
-  if (cycle.exchange != Exchange::kInferred && cycle.exchange != Exchange::kYes) return;
-  if (!InputsRepeat(part, cycle.data)) return TakeInputs(cycle, part);
-  if (part.status) status_.Repeat(cycle.frame());
+[[gnu::noinline]] std::uint8_t DriveUnit::Take(const ProcessCycle& cycle, const DrivePart& part) {
+  if (!part.known || cycle.data.empty() || Repeat<false>(cycle, part)) return part.axes;
+  if (cycle.part.direction == device::PdoDirection::kTx) {
+    TakeInputs(cycle, part);
+  } else {
+    TakeOutputs(cycle, part);
+  }
+  return part.axes;
 }
 
 void DriveUnit::TakeInputs(const ProcessCycle& cycle, const DrivePart& part) {
@@ -104,12 +126,8 @@ void DriveUnit::TakeInputs(const ProcessCycle& cycle, const DrivePart& part) {
   }
 }
 
-[[gnu::always_inline]] inline void DriveUnit::OnOutputs(const ProcessCycle& cycle, const DrivePart& part) {
+void DriveUnit::TakeOutputs(const ProcessCycle& cycle, const DrivePart& part) {
   const bool done = cycle.exchange == Exchange::kInferred || cycle.exchange == Exchange::kYes;
-  if (!OutputsRepeat(part, cycle.data, done)) TakeOutputs(cycle, part, done);
-}
-
-void DriveUnit::TakeOutputs(const ProcessCycle& cycle, const DrivePart& part, bool done) {
   if (part.controls > 0) OnControlWords(cycle, part, done);
   if (part.mode && done) {
     const auto mode = Read<std::int8_t>(cycle.data, *part.mode);
@@ -279,12 +297,10 @@ void DriveUnit::OnStatus(std::uint16_t word, const FrameRef& frame, bool by_sdo,
   const std::optional<std::uint16_t> before = status_.word;
   if (before != word) {
     if (!status_.Take(word, frame, by_sdo)) return;
-    const bool warned = before && (*before & kWarningBit) != 0;
-    const bool warns = (word & kWarningBit) != 0;
+    const bool warned = before && (*before & DriveStatus::kWarningBit) != 0;
+    const bool warns = (word & DriveStatus::kWarningBit) != 0;
     if (warned != warns) sink_.Publish(DriveWarning{slave_, axis_, frame, word, warns, inferred});
-    // Nearly always only bits changed that do not belong to the state.
-    const bool same_state = status_.state && before && ((*before ^ word) & status_.mask) == 0;
-    const std::optional<DriveState> to = same_state ? status_.state : drive_->StateOf(word);
+    const std::optional<DriveState> to = drive_->StateOf(word);
     if (to != status_.state || !before) OnChange(status_.Change(to, frame, inferred));
   }
   status_.Repeat(frame);

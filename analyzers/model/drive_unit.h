@@ -85,12 +85,15 @@ class DriveUnit {
   }
 
  private:
-  [[nodiscard]] bool InputsRepeat(const DrivePart& part, ByteSpan data) const;
-  [[nodiscard]] bool OutputsRepeat(const DrivePart& part, ByteSpan data, bool done) const;
-  void OnInputs(const ProcessCycle& cycle, const DrivePart& part);
+  template <bool kWhole>
+  [[nodiscard]] bool RepeatInputs(const ProcessCycle& cycle, const DrivePart& part);
+  template <bool kWhole>
+  [[nodiscard]] bool OutputsRepeat(const ProcessCycle& cycle, const DrivePart& part, bool done) const;
+  template <bool kWhole>
+  [[nodiscard]] bool Repeat(const ProcessCycle& cycle, const DrivePart& part);
+  std::uint8_t Take(const ProcessCycle& cycle, const DrivePart& part);
   void TakeInputs(const ProcessCycle& cycle, const DrivePart& part);
-  void OnOutputs(const ProcessCycle& cycle, const DrivePart& part);
-  void TakeOutputs(const ProcessCycle& cycle, const DrivePart& part, bool done);
+  void TakeOutputs(const ProcessCycle& cycle, const DrivePart& part);
   void OnControlWords(const ProcessCycle& cycle, const DrivePart& part, bool done);
   [[nodiscard]] bool AskedLongAfterInputs(const mailbox::SdoTransfer& transfer) const;
   void OnMode(std::int8_t value, bool shown, const FrameRef& frame, bool by_sdo, bool inferred);

@@ -37,17 +37,6 @@ void DriveStatus::SetFamily(const device::DriveProfile& drive) {
   if (word && state) state = drive.StateOf(*word);
 }
 
-void DriveStatus::Repeat(const FrameRef& frame) {
-  last = frame;
-  if (state) {
-    known.last = frame;
-    known.word = *word;
-  } else if (is_without_state) {
-    ++without_state.words;
-    without_state.last = frame;
-  }
-}
-
 bool DriveStatus::Take(std::uint16_t new_word, const FrameRef& frame, bool is_by_sdo) {
   last = frame;
   word = new_word;

@@ -39,6 +39,8 @@ struct DriveControl {
 };
 
 struct DriveStatus {
+  static constexpr std::uint16_t kWarningBit = 0x0080;
+
   /// The last state that was known.
   struct KnownState {
     std::optional<device::DriveState> state;
@@ -69,7 +71,26 @@ struct DriveStatus {
   [[nodiscard]] bool seen() const { return last.seen(); }
   void SetFamily(const device::DriveProfile& drive);
   /// The word that is known came once more.
-  void Repeat(const FrameRef& frame);
+  void Repeat(const FrameRef& frame) {
+    last = frame;
+    if (state) {
+      known.last = frame;
+      known.word = *word;
+    } else if (is_without_state) {
+      ++without_state.words;
+      without_state.last = frame;
+    }
+  }
+  /// Of another word that inputs bring: it shows the same state, and differs in bits only that no event reports.
+  [[nodiscard]] bool Confirms(std::uint16_t new_word) const {
+    return state && ((*word ^ new_word) & (mask | kWarningBit)) == 0;
+  }
+  /// Such a word came.
+  void Confirm(std::uint16_t new_word, const FrameRef& frame) {
+    by_sdo = false;
+    word = known.word = new_word;
+    last = known.last = frame;
+  }
   /// Another word than before.
   /// @return false: it shows nothing. Before any other word, 0 is what unused memory holds
   [[nodiscard]] bool Take(std::uint16_t new_word, const FrameRef& frame, bool is_by_sdo);
