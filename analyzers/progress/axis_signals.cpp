@@ -85,10 +85,10 @@ AxisPlaces::AxisPlaces(const model::ImagePart& part) {
     places_.push_back({.axis = role->first,
                        .role = role->second,
                        .has_sign = IsSigned(role->second),
-                       .in_word = shift + place.bits <= 64,
                        .shift = shift,
                        .bits = place.bits,
                        .byte = place.bit / 8,
+                       .reach = shift + place.bits <= 64 ? std::uint64_t{place.bit} / 8 + 8 : Place::kNever,
                        .mask = ~std::uint64_t{0} >> (64U - place.bits),
                        .end = std::uint64_t{place.bit} + place.bits});
   }

@@ -141,7 +141,7 @@ class AxisPlaces {
     Place* const end = places_.data() + axis.first + axis.count;
     for (Place* place = places_.data() + axis.first; place != end; ++place) {
       // Nearly all of them, of every axis in every cycle.
-      const bool at_once = place->in_word && Fits(data, place->byte, sizeof(std::uint64_t));
+      const bool at_once = place->reach <= data.size();
       if (!at_once && place->end > std::uint64_t{data.size()} * 8) {
         values.Unset(place->role);
         place->known = false;
@@ -159,17 +159,18 @@ class AxisPlaces {
 
  private:
   struct Place {
+    static constexpr std::uint64_t kNever = ~std::uint64_t{0};
+
     std::uint8_t axis = 0;
     Role role = Role::kControl;
     bool has_sign = false;
-    bool in_word = false;    ///< in the eight bytes from `byte` on
-    std::uint8_t shift = 0;  ///< its first bit there
+    bool known = false;      ///< in the data before, as `raw`
+    std::uint8_t shift = 0;  ///< its first bit in the eight bytes from `byte` on
     std::uint16_t bits = 0;
     std::uint32_t byte = 0;
+    std::uint64_t reach = 0;  ///< the byte after these eight; kNever: it does not lie in them
     std::uint64_t mask = 0;
     std::uint64_t end = 0;  ///< the bit after it
-    // In the data before.
-    bool known = false;
     std::uint64_t raw = 0;
   };
   bool terminal_ = false;

@@ -124,7 +124,7 @@ bool AxisWatch::OnInputs(const AxisValues& values, std::uint64_t part, const Fra
   return true;
 }
 
-void AxisWatch::TakeCollected() {
+[[gnu::noinline]] void AxisWatch::TakeCollected() {
   if (collected_ == nullptr) return;
   const Collected collected = std::exchange(*collected_, {});
   if (collected.outputs_frame.seen()) {
@@ -135,7 +135,8 @@ void AxisWatch::TakeCollected() {
   }
 }
 
-void AxisWatch::TakeOutputs(const AxisValues& values, Look look, const FrameRef& frame, const SlaveSide& slave) {
+[[gnu::always_inline]] inline void AxisWatch::TakeOutputs(const AxisValues& values, Look look, const FrameRef& frame,
+                                                          const SlaveSide& slave) {
   Side(slave);
   // What a word or a mode means depends on the others.
   const bool all = look == Look::kAll || words_changed_;
@@ -187,7 +188,8 @@ void AxisWatch::FindZeroLimit() {
   }
 }
 
-void AxisWatch::TakeInputs(const AxisValues& values, Look look, const FrameRef& frame, const SlaveSide& slave) {
+[[gnu::always_inline]] inline void AxisWatch::TakeInputs(const AxisValues& values, Look look, const FrameRef& frame,
+                                                         const SlaveSide& slave) {
   Side(slave);
   const bool all = look == Look::kAll || words_changed_;
   if (values.has(Role::kStatus)) status_frame_ = frame.number;
@@ -296,7 +298,7 @@ void AxisWatch::TakeControl(std::int64_t word, const FrameRef& frame) {
   now_.control = value;
 }
 
-void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
+inline void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   status_seen_ = true;
   status_frame_ = frame.number;
   const auto value = static_cast<std::uint16_t>(word);
@@ -311,8 +313,12 @@ void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
   }
   now_.status = value;
   seen_in_op_ = seen_in_op_ || now_.in_op == InOp::kYes;
-  if (drive_ == nullptr || same) return;
-  if ((changed & state_bits_) != 0 || !state_known_) now_.state = drive_->StateOf(value);
+  if (drive_ != nullptr && !same) TakeState(changed, frame);
+}
+
+/// Of a new status word.  @param changed  bits of it
+[[gnu::noinline]] void AxisWatch::TakeState(std::uint16_t changed, const FrameRef& frame) {
+  if ((changed & state_bits_) != 0 || !state_known_) now_.state = drive_->StateOf(*now_.status);
   state_known_ = true;
   if (!now_.state) return;
   if (now_.in_op == InOp::kYes && *now_.status != 0 && odd_status_.bits == 0) {

@@ -154,6 +154,7 @@ class AxisWatch {
   void ConfirmShown(const FrameRef& frame);
   void TakeControl(std::int64_t word, const FrameRef& frame);
   void TakeStatus(std::int64_t word, const FrameRef& frame);
+  void TakeState(std::uint16_t changed, const FrameRef& frame);
   /// The control word does not ask for Operation enabled, or the master takes the slave out of OP.
   [[nodiscard]] bool AsksToStop() const;
   void TakeModes(const AxisValues& values, const FrameRef& frame);

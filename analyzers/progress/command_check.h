@@ -22,8 +22,8 @@ class CommandCheck {
   void Forget();
   /// As EnableCheck's.
   [[nodiscard]] bool active() const {
-    return start_missing_.active() || start_stands_.active() || unacknowledged_.active() || halt_.active() ||
-           ramp_bits_.active() || overwritten_.active() || no_mode_.active() || not_mapped_.active();
+    return Lasting::AnyActive(start_missing_, start_stands_, unacknowledged_, halt_, ramp_bits_, overwritten_, no_mode_,
+                              not_mapped_);
   }
   /// More changes of the set points add nothing new.
   [[nodiscard]] bool settled() const;

@@ -23,9 +23,8 @@ class EnableCheck {
   void Forget();
   /// Something is going on: the next moment matters also where nothing changes.
   [[nodiscard]] bool active() const {
-    return by_sdo_ || reset_stands_.active() || reset_missing_.active() || fault_stays_.active() ||
-           bit_missing_.active() || shutdown_missing_.active() || asked_.active() || quick_stop_.active() ||
-           not_ready_.active() || not_in_op_.active() || disabled_.active() || swapped_.active();
+    return by_sdo_ || Lasting::AnyActive(reset_stands_, reset_missing_, fault_stays_, bit_missing_, shutdown_missing_,
+                                         asked_, quick_stop_, not_ready_, not_in_op_, disabled_, swapped_);
   }
 
   /// The master asks for Operation enabled, by what the capture shows.

@@ -20,9 +20,7 @@ class FollowCheck {
   void Step(const AxisView& now, AxisRecords& out);
   void Forget();
   /// As EnableCheck's.
-  [[nodiscard]] bool active() const {
-    return error_.active() || still_.active() || wrong_way_.active() || slow_.active();
-  }
+  [[nodiscard]] bool active() const { return Lasting::AnyActive(error_, still_, wrong_way_, slow_); }
 
   /// The first moment at which the actual value was seen to follow.
   [[nodiscard]] const FrameRef& follows() const { return follows_; }

@@ -37,6 +37,11 @@ class Lasting {
   }
   /// The condition holds at the moment.
   [[nodiscard]] bool active() const { return since_.seen(); }
+  /// Whether one of them is: asked in each cycle of each axis, and hardly ever so.
+  template <class... Each>
+  [[nodiscard]] static bool AnyActive(const Each&... each) {
+    return (each.since_.number | ...) != 0;
+  }
   [[nodiscard]] const FrameRef& since() const { return since_; }
 
  private:

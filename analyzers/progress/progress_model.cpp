@@ -86,7 +86,8 @@ inline ProgressModel::Part& ProgressModel::PartOf(const model::ImagePart& image)
   }
 }
 
-void ProgressModel::Take(const model::ImagePart& image, Part& part, ByteSpan data, const FrameRef& frame) {
+[[gnu::always_inline]] inline void ProgressModel::Take(const model::ImagePart& image, Part& part, ByteSpan data,
+                                                       const FrameRef& frame) {
   const SlaveSide side = SideOf(image.slave, image.model->al);
   const bool same_side = std::exchange(part.side, side) == side;
   const device::DeviceDescription* const profile = image.model->profile;
