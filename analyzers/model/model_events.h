@@ -209,7 +209,7 @@ struct BusAlOverdue {
   std::uint16_t slaves = 0;  ///< who counted
   bool all_asked = false;    ///< else some were, and no slave shows it
   bool given_up = false;     ///< the limit is not over: the master asked for a lower state before
-  bool over_gap = false;     ///< the capture missed packets meanwhile: another request may be among them
+  bool over_gap = false;     ///< the capture missed packets since the request: another request may be among them
   std::int64_t waited_ns = 0;
   std::int64_t limit_ns = 0;
   std::uint64_t polls = 0;

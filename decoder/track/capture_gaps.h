@@ -32,7 +32,7 @@ class CaptureGaps {
   void OnOtherRecording(const FrameRef& frame);
   /// What the capture shows of slaves after a gap.
   enum class Still : std::uint8_t {
-    kNo,      ///< they may have been set up anew
+    kNo,      ///< they may have been set up again
     kMapped,  ///< they are in SAFEOP or OP, or are to go there
     kInOp,    ///< they are in OP, or exchange the same process data as before
   };

@@ -213,7 +213,7 @@ struct CaptureGap {
     if (!frame.has_time || !before.has_time || frame.time < before.time) return std::nullopt;
     return Elapsed(before.time, frame.time);
   }
-  /// So short that a slave is hardly set up anew in it, or asked for another state than before.
+  /// So short that a slave is hardly set up again in it, or asked for another state than before.
   [[nodiscard]] bool is_short() const {
     constexpr TimeNs kShort = 500'000'000;
     const auto ns = length();

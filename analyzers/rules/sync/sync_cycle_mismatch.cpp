@@ -348,7 +348,7 @@ class SyncCycleMismatch final : public Rule {
     }
     if (Repeat(id, 3, outputs.rate.first()) != kNoFinding) return;
     Finding finding = Found(kProcessData, id, outputs.rate.first());
-    // The cycle of a slave in OP is hardly ever set anew.
+    // The cycle of a slave in OP is hardly ever set again.
     if (since != 0 && network.MissesBetween(begin, outputs.rate.last().number))
       finding.confidence = Confidence::kInferred;
     finding.last = outputs.rate.last();
