@@ -52,16 +52,17 @@ class Verdict(CliTest):
     def test_a_drive_in_op_whose_process_data_are_out_of_sight(self):
         packets = read((SAMPLES / "master-igh.pcapng").read_bytes())
         in_op = 657  # so far
-        # Three packets are missing where the drive is started: its state is seen afterwards, its FMMUs are not.
-        hole = self.file("start.pcapng", written(packets[:461] + packets[464:in_op]))
+        # Packets are missing where the drives reach SAFEOP: their states are seen afterwards, their FMMUs are not.
+        hole = self.file("start.pcapng", written(packets[:417] + packets[440:in_op]))
         report = self.one(hole)
         self.assertEqual({s["al"]["state"] for s in report["slaves"]}, {"OP"})
         self.assertEqual(report["summary"]["verdict"], "limited")
         self.assertIn("the process data of the drive in OP may have changed in a capture gap", report["summary"]["limited_because"])
         self.check(hole, "--require", "judged", status=1)
-        # And where it runs: what is known of the FMMUs stays so.
-        summary = self.one(self.file("run.pcapng", written(packets[:572] + packets[575:in_op])))["summary"]
-        self.assertEqual((summary["verdict"], summary["limited_because"]), ("pass", None))
+        # In SAFEOP, and where they run, what is known of the FMMUs stays so.
+        for name, first, after in (("safeop.pcapng", 461, 464), ("run.pcapng", 572, 575)):
+            summary = self.one(self.file(name, written(packets[:first] + packets[after:in_op])))["summary"]
+            self.assertEqual((summary["verdict"], summary["limited_because"]), ("pass", None), name)
 
     def test_one_direction(self):
         outbound = self.one(SAMPLES / "outbound-only.pcapng")
