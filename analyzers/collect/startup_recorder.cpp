@@ -131,6 +131,10 @@ void StartupRecorder::Add(Record& record, StartupStep step, ByteSpan data) {
     record.dropped_bytes += data.size();
   }
   ++all_steps_;
+  // By half, not to the double: with thousands of slaves most of the room would stay empty.
+  if (const std::size_t kept = record.steps.size(); kept == record.steps.capacity()) {
+    record.steps.reserve(kept + kept / 2 + 1);
+  }
   record.steps.push_back(std::move(step));
 }
 

@@ -93,13 +93,13 @@ struct StartupStep {
   FrameRef last;   ///< the answer, or the last repetition
   std::uint64_t count = 1;
   StartupOutcome outcome = StartupOutcome::kDone;
+  /// The value depends on the moment or the cabling (clock times, offsets, addresses): it is not compared.
+  bool volatile_value = false;
+  bool broadcast = false;
   std::uint32_t code = 0;  ///< refused: SDO abort code, or AL status code (0: not read)
   /// Bytes on the wire: written, or for an upload read. Not more than the recorder keeps; `size` counts all.
   std::vector<std::uint8_t> data;
   std::uint64_t size = 0;
-  /// The value depends on the moment or the cabling (clock times, offsets, addresses): it is not compared.
-  bool volatile_value = false;
-  bool broadcast = false;
   /// What the master read there later, first time: registers and SDOs that were written.
   std::vector<std::uint8_t> read_back;
   FrameRef read_back_frame;
