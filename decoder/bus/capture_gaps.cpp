@@ -17,12 +17,14 @@ GapBefore CaptureGaps::Follow(std::uint8_t number, const wire::FrameView& frame,
   const std::int64_t apart = timed ? Elapsed(last, frame.ref()) : 0;
   if (timed) rhythm.CompareStamps(apart);
   const bool skips = step == IndexSequence::Step::kBroken;
+  const bool leaves_out_few = step == IndexSequence::Step::kFew;
   const bool next = step == IndexSequence::Step::kNext;
   const bool repeats_unanswered = repeats == Repeats::kAll && !skips && timed && context_.trip.HasWaited(apart);
   if (repeats_unanswered) ++context_.statistics.repeated_unanswered;
 
   Facts<IndexFact> index{};
   index.Set(IndexFact::kSkips, skips);
+  index.Set(IndexFact::kFew, leaves_out_few);
   index.Set(IndexFact::kNext, next);
   index.Set(IndexFact::kOrphan, orphan);
   index.Set(IndexFact::kTimed, timed);
@@ -32,7 +34,7 @@ GapBefore CaptureGaps::Follow(std::uint8_t number, const wire::FrameView& frame,
     const bool cyclic = !frame.empty() && wire::IsLogical(frame[0].command());
     const bool retries = rhythm.indices.IsNumbered(frame) || (apart <= threshold::kRetryNs && !cyclic);
     index.Set(IndexFact::kContinued, rhythm.indices.continued());
-    index.Set(IndexFact::kAnyInFlight, skips && context_.sent.AnyOpen([&](const SentFrame& sent) {
+    index.Set(IndexFact::kAnyInFlight, (skips || leaves_out_few) && context_.sent.AnyOpen([&](const SentFrame& sent) {
       return sent.sender == number && !sent.may_be_copy();
     }));
     index.Set(IndexFact::kTimeForSkipped, skips && rhythm.HasTimeForSkipped(last, frame.ref(), context_.trip));
@@ -81,6 +83,7 @@ GapBefore CaptureGaps::Apply(GapVerdict verdict, std::uint8_t number, const Fram
     case GapVerdict::kCopyMissing:
       OnGap(number);
       return GapBefore::kCertain;
+    case GapVerdict::kFewMayMiss:
     case GapVerdict::kRoundMayMiss:
       DoubtInFlight(number, Undecided::kCaptureGap);
       break;

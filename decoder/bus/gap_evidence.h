@@ -14,6 +14,7 @@ enum class GapVerdict : std::uint8_t {
   kCopyMissing,      ///< certain, by the outbound copy of a return: the same
   kMaySkip,          ///< possible: the indices skip, and nothing else shows that frames are missing
   kNumbersSkip,      ///< the same, and at the rate of the sender there was no time for them
+  kFewMayMiss,       ///< possible: a frame did not return, and the number of the next one is a little further
   kRoundMayMiss,     ///< possible: one round of indices fits between a frame and its repetition
   kAnotherCapture,   ///< possible: the clock jumps, another capture begins
   kSilence,          ///< possible: a silence that the master explains, frames in flight are not in doubt
@@ -23,6 +24,7 @@ enum class GapVerdict : std::uint8_t {
 
 enum class IndexFact : std::uint8_t {
   kSkips,           ///< frames are missing by the index
+  kFew,             ///< some numbers are left out, of a counter that is young or not that of this sort of frame
   kNext,            ///< the index is the next one, or the same after whole rounds
   kContinued,       ///< some counter was to have this index next, be it regular or not
   kOrphan,          ///< a return; both copies of it belong into the capture
@@ -52,6 +54,8 @@ inline constexpr auto kGapByIndex = [] {
       {{F::kSkips, F::kTimed, F::kWhole, F::kTimeAtRate}, {F::kOrphan, F::kAnyInFlight, F::kLongPause}, V::kMaySkip},
       {{F::kSkips, F::kTimed, F::kWhole}, {F::kOrphan, F::kAnyInFlight, F::kLongPause}, V::kNumbersSkip},
       {{F::kSkips}, {}, V::kIndicesSkip},
+      // A loss leaves out no number, a capture gap does.
+      {{F::kFew, F::kAnyInFlight}, {F::kOrphan}, V::kFewMayMiss},
       // Where no number shows that it is the next one, more may be missing with its outbound copy.
       {{F::kOrphan}, {F::kContinued, F::kOnlyOneFits}, V::kCopyMissing},
       {{}, {F::kTimed}, V::kNone},

@@ -43,6 +43,8 @@ class IndexCounter {
   [[nodiscard]] bool IsRegular() const noexcept {
     return steps_ >= kEnough && (steps_ - unsigned{regular_}) * kOneOddIn <= steps_;
   }
+  /// True when it has gone on like this in each of a few steps: not yet enough to be sure.
+  [[nodiscard]] bool IsRegularSoFar() const noexcept { return steps_ >= kFirst && steps_ == regular_; }
   [[nodiscard]] bool IsNext(std::uint8_t first) const noexcept { return any_ && Follows(first); }
   /// Of the last odd step: how many frames at least would lie between, if the counter had gone on.
   [[nodiscard]] std::uint32_t skipped() const noexcept { return skipped_; }
@@ -55,6 +57,7 @@ class IndexCounter {
   /// Steps that the judgement rests on, at most 32, and how many of them may be odd.
   static constexpr unsigned kEnough = 8;
   static constexpr unsigned kMost = 32;
+  static constexpr unsigned kFirst = 3;
   static constexpr unsigned kOneOddIn = 8;
   /// So often the same distance has to be seen before it is that of the counter.
   static constexpr std::uint8_t kStrideSeen = 3;

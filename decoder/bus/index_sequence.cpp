@@ -27,6 +27,7 @@ template <class Proven>
 IndexSequence::Evidence IndexSequence::Ask(Counter& counter, std::uint8_t first, std::uint8_t last, Verdict& verdict,
                                            const Proven& proven) const noexcept {
   const bool regular = counter.indices.IsRegular();
+  const bool regular_so_far = regular || counter.indices.IsRegularSoFar();
   const bool excused = counter.break_ != break_;
   const IndexCounter::Step step = counter.indices.Follow(first, last);
   counter.break_ = break_;
@@ -36,7 +37,11 @@ IndexSequence::Evidence IndexSequence::Ask(Counter& counter, std::uint8_t first,
   }
   if (step == IndexCounter::Step::kUnknown || excused) return Evidence::kNothing;
   verdict.begins = verdict.begins || step == IndexCounter::Step::kBegins;
-  if (!regular || !proven()) return Evidence::kOdd;
+  if (!regular || !proven()) {
+    const std::uint32_t left_out = counter.indices.skipped();
+    verdict.few = verdict.few || (regular_so_far && left_out > 0 && left_out <= kFewNumbers);
+    return Evidence::kOdd;
+  }
   // Of all frames, if they share one; else of fewer.
   if (!verdict.broken) verdict.skipped = counter.indices.skipped();
   verdict.broken = true;
@@ -122,7 +127,7 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   }
   was_next_ = goes_on;
   if (goes_on) return Step::kNext;
-  if (!verdict.broken) return Step::kUnknown;
+  if (!verdict.broken) return verdict.few ? Step::kFew : Step::kUnknown;
   ++break_;
   skipped_ = verdict.skipped;
   all_.break_ = half.break_ = kind.own.break_ = break_;

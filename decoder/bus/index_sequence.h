@@ -22,6 +22,7 @@ class IndexSequence {
   enum class Step : std::uint8_t {
     kUnknown,  ///< the indices do not show
     kNext,     ///< follows the frame before, or is a whole number of rounds further: see span()
+    kFew,      ///< a few numbers further than the next one, of a counter that is young, or that this sort of frame may not share
     kBroken,   ///< frames are missing between this and the one before
   };
 
@@ -58,6 +59,8 @@ class IndexSequence {
   static constexpr int kProvenKinds = 3;
   /// Counters begin at multiples of this, or one after.
   static constexpr unsigned kRoundNumber = 16;
+  /// Another counter has an index that lies this close by coincidence only.
+  static constexpr std::uint32_t kFewNumbers = 8;
   static constexpr std::size_t kKinds = 16;
   /// Two programs send in turn if so often one goes on where it was left ...
   static constexpr std::uint8_t kTurns = 2;
@@ -79,6 +82,7 @@ class IndexSequence {
     bool next = false;
     bool broken = false;
     bool begins = false;
+    bool few = false;
     std::uint32_t skipped = 0;  ///< by the first counter that is broken
   };
 

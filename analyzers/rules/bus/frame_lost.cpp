@@ -177,8 +177,10 @@ class FrameLost final : public Rule {
   void AddNotEvaluable(const bus::PairingStatistics& pairing) {
     if (pairing.gaps > 0) {
       NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, kReturnsInGaps, pairing.first_gap.number);
+    } else if (pairing.of(bus::Undecided::kCaptureGap) > 0) {
+      NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, kReturnsInGaps);
     }
-    if (pairing.undecided[static_cast<std::size_t>(bus::Undecided::kSilence)] > 0) {
+    if (pairing.of(bus::Undecided::kSilence) > 0) {
       NotEvaluable(kNoSlave, ReasonCode::kAmbiguous, kReturnBeforePause);
     }
   }

@@ -18,6 +18,7 @@ TEST(GapEvidence, IndicesAndRepetitionsRowByRow) {
                        {{F::kSkips, F::kTimed, F::kWhole, F::kTimeForSkipped, F::kTimeAtRate}, V::kMaySkip},
                        {{F::kSkips, F::kTimed, F::kWhole, F::kTimeForSkipped}, V::kNumbersSkip},
                        {{F::kSkips, F::kTimed, F::kAnyInFlight}, V::kIndicesSkip},
+                       {{F::kFew, F::kTimed, F::kAnyInFlight}, V::kFewMayMiss},
                        {{F::kOrphan, F::kTimed}, V::kCopyMissing},
                        {{F::kSentAgain, F::kTimeForRound}, V::kNone},
                        {{F::kTimed, F::kSentAgain, F::kTimeForRound}, V::kRoundMayMiss},

@@ -59,11 +59,18 @@ std::string Each(const std::vector<Sent>& frames, const Look& look) {
   return out;
 }
 
-/// '.' unknown, 'n' next, 'B' broken.
+/// '.' unknown, 'n' next, 'B' broken; a few numbers further are unknown.
 std::string Follow(const std::vector<Sent>& frames) {
   return Each(frames, [](const IndexSequence&, IndexSequence::Step step) {
     return step == IndexSequence::Step::kNext ? 'n' : step == IndexSequence::Step::kBroken ? 'B' : '.';
   });
+}
+
+/// The last frame is a few numbers further.
+bool EndsFewFurther(const std::vector<Sent>& frames) {
+  return Each(frames, [](const IndexSequence&, IndexSequence::Step step) {
+           return step == IndexSequence::Step::kFew ? 'f' : '.';
+         }).back() == 'f';
 }
 
 /// 'l' loose, 'c' continued, '.' neither.
@@ -254,6 +261,24 @@ TEST(IndexSequence, TheFirstFramesOfAnotherKindAreNoGap) {
   for (unsigned i = 0; i < 20; ++i) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(0x90 + i)});
   for (unsigned i = 200; i < 400; ++i) frames.push_back({Sort::kProcess, static_cast<std::uint8_t>(i % 64)});
   EXPECT_EQ(Broken(Follow(frames)), 0U);
+}
+
+TEST(IndexSequence, AFewNumbersFurtherMayBeAGap) {
+  const auto after = [](std::uint8_t polls, Sent last) {
+    std::vector<Sent> frames;
+    for (std::uint8_t i = 0; i < polls; ++i) frames.push_back({Sort::kPoll, i});
+    frames.push_back(last);
+    return frames;
+  };
+  // Another sort of frame may have a counter of its own, but not one that is so close to this.
+  EXPECT_TRUE(EndsFewFurther(after(12, {Sort::kProcess, 13})));
+  EXPECT_TRUE(EndsFewFurther(after(12, {Sort::kProcess, 20})));
+  EXPECT_FALSE(EndsFewFurther(after(12, {Sort::kProcess, 21})));
+  EXPECT_FALSE(EndsFewFurther(after(12, {Sort::kProcess, 12})));
+  EXPECT_FALSE(EndsFewFurther(after(12, {Sort::kProcess, 1})));
+  // A counter that is young.
+  EXPECT_TRUE(EndsFewFurther(after(4, {Sort::kPoll, 5})));
+  EXPECT_FALSE(EndsFewFurther(after(3, {Sort::kPoll, 4})));
 }
 
 TEST(IndexSequence, FramesThatAreNotNumberedBetweenOthers) {
