@@ -27,6 +27,8 @@ void CheckMailboxFirmware(const Case& of, Outcome& found);
 void CheckIgnored(const Case& of, Outcome& found, std::size_t manager);
 /// Was it ever written?
 void CheckManagerSet(const Case& of, Outcome& found, std::size_t manager);
+/// Is it enabled although it has no bytes?
+void CheckEmpty(const Case& of, Outcome& found, std::size_t manager);
 /// Does 1C00h list the types of SM2 and SM3 the right way round?
 void CheckTypes(const Case& of, Outcome& found);
 /// Do both fit the assigned PDOs? A wrong length is a finding of sm-process-config.

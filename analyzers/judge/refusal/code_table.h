@@ -14,7 +14,7 @@ namespace al = esc::al_code;
 
 struct Row {
   std::array<std::uint16_t, 6> codes;  ///< with the same reasons; 0: no more
-  std::array<Check, 10> checks;        ///< the likeliest reason first; null: no more
+  std::array<Check, 12> checks;        ///< the likeliest reason first; null: no more
 
   [[nodiscard]] constexpr bool Has(std::uint16_t code) const {
     return code != 0 && std::find(codes.begin(), codes.end(), code) != codes.end();
@@ -31,16 +31,16 @@ inline constexpr std::array kRows{
     Row{{al::kSyncManagers},
         {CheckMailboxSet, Of<0, CheckIgnored>, Of<1, CheckIgnored>, Of<kOutputs, CheckManagerSet>,
          Of<kInputs, CheckManagerSet>, Of<kOutputs, CheckIgnored>, Of<kInputs, CheckIgnored>, Of<kOutputs, CheckMapped>,
-         Of<kInputs, CheckMapped>, CheckLengths}},
+         Of<kInputs, CheckMapped>, CheckLengths, Of<kOutputs, CheckEmpty>, Of<kInputs, CheckEmpty>}},
     Row{{al::kNoInputs}, {CheckInputs, CheckLrw}},
     Row{{al::kNoOutputs, al::kWatchdog}, {CheckLrw, CheckOutputs}},
     Row{{al::kNoInputsAndOutputs}, {CheckLrw, CheckOutputs, CheckInputs}},
     Row{{al::kOutputs, al::kOutputMapping},
         {CheckTypes, Of<kOutputs, CheckManagerSet>, Of<kOutputs, CheckIgnored>, Of<kOutputs, CheckCount>,
-         Of<kOutputs, CheckMapped>, CheckLengths, Of<kOutputs, CheckAssigned>}},
+         Of<kOutputs, CheckMapped>, CheckLengths, Of<kOutputs, CheckEmpty>, Of<kOutputs, CheckAssigned>}},
     Row{{al::kInputs, al::kInputMapping},
         {CheckTypes, Of<kInputs, CheckManagerSet>, Of<kInputs, CheckIgnored>, Of<kInputs, CheckCount>,
-         Of<kInputs, CheckMapped>, CheckLengths, Of<kInputs, CheckAssigned>}},
+         Of<kInputs, CheckMapped>, CheckLengths, Of<kInputs, CheckEmpty>, Of<kInputs, CheckAssigned>}},
     Row{{al::kWatchdogSettings}, {CheckWatchdog}},
     Row{{al::kInconsistent}, {CheckSyncTypes, CheckSyncCycle, CheckLengths}},
     Row{{al::kFreeRun}, {CheckTypeRejected, CheckSyncActive, CheckSyncTypes}},

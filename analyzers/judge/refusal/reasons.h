@@ -129,6 +129,11 @@ inline constexpr Reason kNothingAssigned{
     "nothing-assigned", Word{"rx-unassigned", "1C12h assigns no PDO"}, Word{"tx-unassigned", "1C13h assigns no PDO"},
     "{object:number} assigns no PDO ({count_frame}), and SM{sync_manager} has no length. This may be the reason: "
     "write the PDOs of the slave to {object:number} in PREOP, and set SM{sync_manager} to their length."};
+inline constexpr Reason kEnabledWithoutLength{
+    "enabled-without-length", Word{"sm2-without-length", "SM2 is enabled, but has no length"},
+    Word{"sm3-without-length", "SM3 is enabled, but has no length"},
+    "SM{sync_manager} is enabled with length 0[ ({set_frame})]. Some slaves reject an enabled sync manager without "
+    "bytes, which may be the reason. Write 0 to its activate byte if the slave has no {direction}."};
 inline constexpr Reason kSyncTypeDiffers{
     "sync-type-differs", Word{"sync-type-differs", "1C32h:1 does not fit 0x0981"},
     Word{"input-sync-type-differs", "1C33h:1 does not fit 0x0981"},
@@ -179,7 +184,7 @@ inline constexpr std::array kNotes =
             kSyncLeftOn, kSyncOff, kSyncUnseen, kManagerUnseen, kSyncOffAtRequest, kSyncOn, kSyncCycleZero,
             kSyncCycleTooShort, kSyncTypeDiffers, kSyncTypeRejected, kRateDiffers, kIntervalsMissed, kAtPulse,
             kEepromHeld, kModuleDiffers, kModuleCountDiffers, kCountExceeds, kSyncCycleRejected, kSyncSettings,
-            kMailboxAsEeprom, kTypesSwapped, kNoPdoAssigned, kNothingAssigned);
+            kMailboxAsEeprom, kTypesSwapped, kNoPdoAssigned, kNothingAssigned, kEnabledWithoutLength);
 
 /// The notes of a rule together with these.
 template <std::size_t N>

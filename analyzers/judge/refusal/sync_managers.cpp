@@ -42,6 +42,13 @@ IgnoredVerdict VerdictOnWrite(const Case& of, const model::SetUpFacts::IgnoredWr
   return Decide(kIgnoredWrites, facts);
 }
 
+/// "outputs" or "inputs"
+Value ContentsOf(std::size_t manager) {
+  static constexpr Word kOutputsWord{"outputs", "outputs", true};
+  static constexpr Word kInputsWord{"inputs", "inputs", true};
+  return arg::Of(manager == kOutputs ? kOutputsWord : kInputsWord);
+}
+
 }  // namespace
 
 /// An ESC keeps the settings that an enabled sync manager has. They are a reason if they are not what the slave needs,
@@ -64,8 +71,6 @@ void CheckIgnored(const Case& of, Outcome& found, std::size_t manager) {
 }
 
 void CheckManagerSet(const Case& of, Outcome& found, std::size_t manager) {
-  static constexpr Word kOutputsWord{"outputs", "outputs", true};
-  static constexpr Word kInputsWord{"inputs", "inputs", true};
   // Below SAFEOP a slave needs no process data.
   if (of.refusal.requested < static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return;
   if (of.manager(manager) || !of.SetUpIsSeen()) return;
@@ -73,10 +78,26 @@ void CheckManagerSet(const Case& of, Outcome& found, std::size_t manager) {
   const std::optional<std::uint32_t> bytes = of.AssignedBytes(manager);
   if (bytes && *bytes == 0) return;
   Arguments arguments{{"sync_manager", NumberOf(manager)},
-                      {"direction", arg::Of(manager == kOutputs ? kOutputsWord : kInputsWord)},
+                      {"direction", ContentsOf(manager)},
                       {"since", arg::Frame(of.state.set_up_since)}};
   if (bytes) arguments.Set("bytes", Bytes(*bytes));
   found.Add(bytes.has_value(), kManagerUnseen, std::move(arguments), manager);
+}
+
+/// A length that differs from the assigned PDOs is a finding of sm-process-config.
+void CheckEmpty(const Case& of, Outcome& found, std::size_t manager) {
+  const auto set = of.manager(manager);
+  const FrameNo changed = of.manager_changed(manager);
+  if (!found.none() || !of.requested() || !set || !set->enabled() || set->length != 0 || !of.Counts(changed)) return;
+  // Only where nothing is to be exchanged: else a cause before this one made the length wrong.
+  const model::ObjectValue* const count = of.model.objects.Find(AssignmentOf(manager), 0);
+  const bool nothing =
+      of.AssignedBytes(manager) == 0U || (count != nullptr && count->raw == 0 && of.Applied(count->since));
+  if (!nothing) return;
+  std::erase(found.right, &kLengthsFit);
+  Arguments arguments{{"sync_manager", NumberOf(manager)}, {"direction", ContentsOf(manager)}};
+  if (changed != 0) arguments.Set("set_frame", arg::Frame(changed));
+  found.May(kEnabledWithoutLength, std::move(arguments), manager);
 }
 
 void CheckTypes(const Case& of, Outcome& found) {
