@@ -10,6 +10,9 @@ namespace ecaudit::refusal {
 /// What CheckLengths finds to be right; it is not if nothing is assigned.
 inline constexpr Word kLengthsFit{"sync-manager-lengths", "the lengths of SM2 and SM3 against the assigned PDOs"};
 
+/// What CheckArrival finds to be right.
+inline constexpr Word kArrivalFits{"arrival", "one frame with process data in each SYNC0 interval"};
+
 // mailbox.cpp: the mailbox against what the slave needs.
 
 /// Are SM0 and SM1 set and enabled?
@@ -60,6 +63,8 @@ void CheckWatchdog(const Case& of, Outcome& found);
 void CheckLeftOn(const Case& of, Outcome& found);
 /// The code demands SYNC0: does it run?
 void CheckSyncActive(const Case& of, Outcome& found);
+/// The code misses a pulse, and all of SYNC0 is right: does SYNC1 run?
+void CheckSync1(const Case& of, Outcome& found);
 /// The code rejects SYNC0: does it run?
 void CheckSyncUnsupported(const Case& of, Outcome& found);
 /// Is its cycle long enough?

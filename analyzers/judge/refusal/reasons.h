@@ -99,6 +99,11 @@ inline constexpr Reason kSyncOn{
     "sync-on", "SYNC0 is active",
     "SYNC0 is active (0x0981 is {activation}, [{?written}written][{!written}shown] in {write_frame}), which this "
     "code rejects."};
+inline constexpr Reason kSync1Off{
+    "sync1-off", "SYNC1 is not active",
+    "SYNC0 is active, but SYNC1 is not (0x0981 is {activation}[, written in {write_frame}]). A slave may need SYNC1 as "
+    "well, or SYNC1 alone, which may be the reason. Compare 0x0981 with the operation modes (AssignActivate) of the "
+    "ESI."};
 inline constexpr Reason kSyncCycleZero{"sync-cycle-zero", "the SYNC0 cycle is 0",
                                        "SYNC0 is active, but its cycle time (0x09A0) is 0: it gives a single pulse."};
 inline constexpr Reason kSyncCycleTooShort{
@@ -137,7 +142,7 @@ inline constexpr Reason kEnabledWithoutLength{
 inline constexpr Reason kSyncTypeDiffers{
     "sync-type-differs", Word{"sync-type-differs", "1C32h:1 does not fit 0x0981"},
     Word{"input-sync-type-differs", "1C33h:1 does not fit 0x0981"},
-    "{object} is {type}, but SYNC0 is [{?active}active][{!active}not active] ([0x0981 is "
+    "{object} is {type}, but {pulse} is [{?active}active][{!active}not active] ([0x0981 is "
     "{activation}][{!activation}the capture shows no write to 0x0981 since {since}, where the set-up began]). This "
     "may be the reason."};
 inline constexpr Reason kSyncTypeRejected{"sync-type-rejected", "the type in 1C32h:1",
@@ -184,7 +189,7 @@ inline constexpr std::array kNotes =
             kSyncLeftOn, kSyncOff, kSyncUnseen, kManagerUnseen, kSyncOffAtRequest, kSyncOn, kSyncCycleZero,
             kSyncCycleTooShort, kSyncTypeDiffers, kSyncTypeRejected, kRateDiffers, kIntervalsMissed, kAtPulse,
             kEepromHeld, kModuleDiffers, kModuleCountDiffers, kCountExceeds, kSyncCycleRejected, kSyncSettings,
-            kMailboxAsEeprom, kTypesSwapped, kNoPdoAssigned, kNothingAssigned, kEnabledWithoutLength);
+            kMailboxAsEeprom, kTypesSwapped, kNoPdoAssigned, kNothingAssigned, kEnabledWithoutLength, kSync1Off);
 
 /// The notes of a rule together with these.
 template <std::size_t N>

@@ -72,6 +72,7 @@ struct Case {
     return dc.activation()->active() && dc.activation()->sync0();
   }
   [[nodiscard]] bool sync1() const { return dc.activation() && dc.activation()->sync1(); }
+  [[nodiscard]] bool generates_sync1() const { return sync1() && dc.activation()->active(); }
   /// The capture shows all of the set-up, and no write to 0x0981.
   [[nodiscard]] bool SyncNeverSet() const { return !sync0() && dc.activation_changed() == 0 && SetUpIsSeen(); }
   [[nodiscard]] Value Activation() const { return arg::Hex(dc.activation()->raw, 2); }

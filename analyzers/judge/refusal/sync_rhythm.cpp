@@ -8,7 +8,6 @@
 namespace ecaudit::refusal {
 namespace {
 
-constexpr Word kArrival{"arrival", "one frame with process data in each SYNC0 interval"};
 constexpr Word kRate{"rate", "the cycle of the process data against SYNC0"};
 
 /// A slave counts what it misses before it leaves OP. One that ran for long did not leave because of its rhythm.
@@ -90,7 +89,7 @@ void CheckArrival(const Case& of, Outcome& found) {
     arguments.Set("at_pulse", arg::Number(static_cast<std::int64_t>(misses.undecided)));
     found.May(kAtPulse, std::move(arguments));
   } else if (missed + misses.undecided == 0) {
-    found.Right(kArrival);
+    found.Right(kArrivalFits);
   }
 }
 

@@ -73,6 +73,15 @@ void CheckSyncActive(const Case& of, Outcome& found) {
   }
 }
 
+void CheckSync1(const Case& of, Outcome& found) {
+  const FrameNo changed = of.dc.activation_changed();
+  const bool off = found.Has(kSyncActive) && found.Has(kArrivalFits) && !of.sync1();
+  if (!found.none() || !off || !of.requested() || !of.Counts(changed)) return;
+  Arguments arguments{{"activation", of.Activation()}};
+  if (changed != 0) arguments.Set("write_frame", arg::Frame(changed));
+  found.May(kSync1Off, std::move(arguments));
+}
+
 void CheckSyncUnsupported(const Case& of, Outcome& found) {
   const auto sync0 = of.sync0();
   const FrameNo changed = of.dc.activation_changed();

@@ -9,6 +9,9 @@ namespace {
 
 constexpr Word kSyncTypes{"sync-types", "the synchronisation type (1C32h:1) against 0x0981"};
 
+constexpr Word kSync0{"sync0", "SYNC0"};
+constexpr Word kSync1{"sync1", "SYNC1"};
+
 /// As last read or written; null: the capture does not show it, or it is none that has a meaning here.
 const model::ObjectValue* SyncTypeIn(const Case& of, std::uint16_t object) {
   const model::ObjectValue* const value = of.model.objects.Find(object, sync::kSyncTypeEntry);
@@ -31,7 +34,6 @@ FrameNo WrittenIn(const model::ObjectValue& value) {
 void CheckSyncTypes(const Case& of, Outcome& found) {
   const bool unseen = of.SyncNeverSet();
   if (!of.sync0() && !unseen) return;
-  const bool active = of.sync0().value_or(false);
   const FrameNo changed = of.dc.activation_changed();
   bool fits = false;
   for (const std::uint16_t object : sync::kSyncObjects) {
@@ -40,6 +42,8 @@ void CheckSyncTypes(const Case& of, Outcome& found) {
     // Slaves change it themselves when SYNC0 is activated: what was read before shows nothing of the time after.
     if (!of.Applied(std::max(changed, value->since)) || (!value->written && value->since < changed)) continue;
     const auto type = static_cast<sync::SyncType>(value->raw);
+    const bool by_sync1 = type == sync::SyncType::kSync1;
+    const bool active = by_sync1 ? of.generates_sync1() : of.sync0().value_or(false);
     // Synchronous to the outputs (0x22) fits both.
     if (sync::NeedsPulses(type) == active || type == sync::SyncType::kSmEventOfInputs) {
       fits = true;
@@ -47,7 +51,7 @@ void CheckSyncTypes(const Case& of, Outcome& found) {
     }
     if (!of.Counts(std::max(changed, WrittenIn(*value)))) return;
     Arguments arguments = Named(object, *value);
-    arguments.Set("active", arg::Flag(active));
+    arguments.Set("active", arg::Flag(active)).Set("pulse", arg::Of(by_sync1 ? kSync1 : kSync0));
     if (unseen) {
       arguments.Set("since", arg::Frame(of.state.set_up_since));
     } else {

@@ -20,14 +20,14 @@ namespace {
 
 constexpr FindingKind kType{
     .name = "type",
-    .title = "{object} = {type}, but SYNC0 is [{?active}on][{!active}off]",
+    .title = "{object} = {type}, but {pulse} is [{?active}on][{!active}off]",
     .message =
         R"(When {frame} shows OP, {object} (synchronisation type) is {type}, as the master [{?written}wrote][{!written}read]
-in {value_frame}. SYNC0 is [{?active}on][{!active}off] (0x0981 = {activation}). [{?active}With this type a
+in {value_frame}. {pulse} is [{?active}on][{!active}off] (0x0981 = {activation}). [{?active}With this type a
 slave does not take its outputs at SYNC0.][{!active}With this type a slave waits for a pulse that does not come.])",
     .next =
         R"([{?active}Set {object} to 2 (SYNC0), or leave it to the slave. Without distributed clocks, write 0 to 0x0981.]
-[{!active}Set SYNC0 before OP is requested (0x0990, 0x09A0, 0x0981), or set {object} to 1 (SM event).])",
+[{!active}Set {pulse} before OP is requested (0x0990, 0x09A0, 0x0981), or set {object} to 1 (SM event).])",
     .identity = "object"};
 constexpr FindingKind kUnsupported{
     .name = "unsupported-type",
@@ -76,8 +76,8 @@ constexpr RuleInfo kInfo{.id = "sync-type-mismatch",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-- The synchronisation type (1C32h:1, 1C33h:1) against SYNC0 (0x0981), and against the types that the slave supports
-  (1C32h:4).
+- The synchronisation type (1C32h:1, 1C33h:1) against SYNC0 or SYNC1 (0x0981), and against the types that the slave
+  supports (1C32h:4).
 - The cycle time that the master wrote (1C32h:2) against the cycle of SYNC0.
 - The counters of missed events, short cycles and short shift times (1C32h:11 to 1C32h:13), and the synchronisation
   error (1C32h:32).
@@ -104,6 +104,8 @@ Take the type, the cycle and AssignActivate from one operation mode (OpMode) of 
 
 constexpr std::uint8_t kCycleEntry = 2, kSupportedEntry = 4, kErrorEntry = 32;
 
+constexpr Word kSync0{"sync0", "SYNC0"};
+constexpr Word kSync1{"sync1", "SYNC1"};
 constexpr Word kTypeOfOutputs{"sync-type", "the synchronisation type (1C32h:1)"};
 
 /// A counter of 1C32h and 1C33h.
@@ -180,9 +182,10 @@ class SyncTypeMismatch final : public Rule {
     const bool after = type->since > context().sync().dc(e.slave).activation_changed();
     if (!type->written && !after) return;
     const bool by_pulse = sync::NeedsPulses(static_cast<sync::SyncType>(type->raw));
-    const bool active = activation.sync0();
+    const bool by_sync1 = static_cast<sync::SyncType>(type->raw) == sync::SyncType::kSync1;
+    const bool active = by_sync1 ? activation.sync1() : activation.sync0();
     // Inputs may follow the outputs, or be read whenever: that is no fault while SYNC0 is on.
-    if (by_pulse == active || (active && object != sync::kSyncObjects[0])) return;
+    if (by_pulse == active || (activation.sync0() && object != sync::kSyncObjects[0])) return;
     if (Repeat(e.slave, KeyOf(0, object, sync::kSyncTypeEntry), e.frame) != kNoFinding) return;
     Finding finding = FindingOf(kType, e.slave, e.frame, object, sync::kSyncTypeEntry, *type);
     finding
@@ -190,6 +193,7 @@ class SyncTypeMismatch final : public Rule {
              arg::Number(static_cast<std::int64_t>(type->raw), sync::Name(static_cast<sync::SyncType>(type->raw))))
         .Set("written", arg::Flag(type->written))
         .Set("active", arg::Flag(active))
+        .Set("pulse", arg::Of(by_sync1 ? kSync1 : kSync0))
         .Set("activation", arg::Hex(activation.raw, 2));
     Report(KeyOf(0, object, sync::kSyncTypeEntry), std::move(finding));
   }
