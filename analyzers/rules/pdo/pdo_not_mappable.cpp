@@ -40,7 +40,15 @@ with {abort_code}].)",
     .next = "Map the object with {expected_size}.",
     .identity = "mapped pdo"};
 
-constexpr const FindingKind* kKinds[] = {&kNotMappable, &kWrongDirection, &kNotListed, &kWrongLength};
+constexpr FindingKind kNoBits{
+    .name = "no-bits",
+    .title = "{mapped:number} is mapped with 0 bits ({pdo})",
+    .message = R"(The master maps {mapped} with a length of 0 bits to {in} in {frame}. Such an entry takes no place in
+the process data. {outcome}[ with {abort_code}].)",
+    .next = "Write the length of the object into bits 0 to 7 of the entry[: {expected_size}].",
+    .identity = "mapped pdo"};
+
+constexpr const FindingKind* kKinds[] = {&kNotMappable, &kWrongDirection, &kNotListed, &kWrongLength, &kNoBits};
 
 constexpr Word kMappableObjects{"mappable-objects", "the list of objects that can be mapped"};
 
@@ -73,6 +81,7 @@ The entry is compared with the "PDO mapping" column of the family's object dicti
 objects. It is right if one of them allows it.
 
 - Index 0 and the padding objects of the manual fill gaps and may have any length.
+- An object that is mapped with 0 bits is wrong for every drive. All such entries of a PDO are one finding.
 - An object that no source mentions is evaluated only if a source claims to be complete.
 - Only what the master writes counts.
 - If the drive goes to SAFEOP with the mapping, the finding becomes an info: it offers more than its manual.
@@ -108,6 +117,10 @@ class PdoNotMappable final : public PdoRule {
     const auto entry = process::MappingEntry::FromValue(write.value);
     const device::PdoDirection direction = DirectionOf(e.index);
     if (entry.index == 0) return;
+    if (entry.bits == 0) {
+      ReportEntry(e, write, kNoBits, LengthOf(family, entry));
+      return;
+    }
     const device::Mappable mappable = family.MappableIn(direction, entry.index, entry.subindex);
     if (mappable == device::Mappable::kUnknown) {
       NotEvaluable(e.slave, ReasonCode::kNotInProfile, kMappableObjects, FrameOf(e).number);
@@ -163,7 +176,13 @@ class PdoNotMappable final : public PdoRule {
     return wanted;
   }
 
-  /// @param expected_bits  of kWrongLength
+  /// Bits of the object; 0: not known.
+  static std::uint16_t LengthOf(const device::DeviceDescription& family, const process::MappingEntry& entry) {
+    const device::DictionaryObject* const row = family.object(entry.index, entry.subindex);
+    return row != nullptr ? device::BitsOf(row->TypeOf(entry.subindex)) : std::uint16_t{0};
+  }
+
+  /// @param expected_bits  0: not known
   void ReportEntry(const mailbox::SdoTransfer& e, const Write& write, const FindingKind& kind,
                    std::uint32_t expected_bits = 0) {
     const device::DeviceDescription& family = *context().slave(e.slave).profile;
@@ -179,7 +198,7 @@ class PdoNotMappable final : public PdoRule {
     if (&kind == &kWrongDirection) {
       finding.Set("direction", PdoDirectionValue(direction))
           .Set("right_direction", PdoDirectionValue(Other(direction)));
-    } else if (&kind == &kWrongLength) {
+    } else if (expected_bits != 0) {
       finding.Set("expected_bits", arg::Number(expected_bits)).Set("expected_size", arg::Count(expected_bits, "bit"));
     }
     if (const device::DictionaryObject* row = family.object(entry.index, entry.subindex); row != nullptr) {
@@ -188,7 +207,9 @@ class PdoNotMappable final : public PdoRule {
     if (finding.reference.document.empty() && !family.pdo.source.empty()) {
       finding.reference = ReferenceTo(family.pdo.source);
     }
-    ReportDownload(e, e.index, std::uint64_t{e.index} << 32U | write.value, std::move(finding));
+    // Entries without bits have one cause: one finding for all of a PDO.
+    const std::uint32_t entry_key = &kind == &kNoBits ? 0 : write.value;
+    ReportDownload(e, e.index, std::uint64_t{e.index} << 32U | entry_key, std::move(finding));
   }
 };
 
