@@ -1,10 +1,19 @@
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "decoder/base/bytes.h"
+#include "decoder/esc/al.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/process/pdo_mapping.h"
 
 namespace ecaudit::sdo_wrong_size {
 namespace {
@@ -25,7 +34,17 @@ much of the text it kept.][ The slave aborted the download with {abort_code}.])"
                                    .next = "Shorten the text in the start-up list of the master.",
                                    .identity = "object"};
 
-constexpr const FindingKind* kKinds[] = {&kWrongSize, &kTextTooLong};
+constexpr FindingKind kNoPadding{
+    .name = "no-padding",
+    .title = "{list:number} written without its padding byte[: it reads back as {read:number}]",
+    .message = R"(The master writes {list:number} by complete access in {frame}: {bytes} for {entries}. There, subindex
+0 fills 2 bytes: the number of entries and a padding byte. {expected_bytes} are needed. So the slave takes each entry
+one byte too late: {shifted:number} instead of {meant:number}.[ {read_object:number} is {read:number} in
+{read_frame}.][{?aborted} The slave aborted the download with {abort_code}.])",
+    .next = "Write a padding byte after the number of entries, or write the entries one by one.",
+    .identity = "list"};
+
+constexpr const FindingKind* kKinds[] = {&kWrongSize, &kTextTooLong, &kNoPadding};
 
 constexpr Word kType{"object-type", "the data type of an object"};
 
@@ -56,8 +75,12 @@ text counts if the manual prints its longest length. If the drive accepts the do
 Not evaluated are:
 
 - texts whose length the manual does not print, records, and objects whose type is not known
-- downloads by complete access, and expedited downloads that indicate no size
+- downloads by complete access, except the lists of PDOs; expedited downloads that indicate no size
 - uploads: the drive knows its own objects
+
+A list of PDOs (1C12h, 1C13h, 16xxh, 1Axxh) that is written by complete access has 2 bytes before its first entry. With
+one byte less each entry is shifted. This is an error if the slave aborts the download, refuses SAFEOP or shows a
+shifted entry. It is an info if the slave goes to SAFEOP without that.
 
 ## Example
 samples/captures/sdo-aborts.pcapng: 2 bytes written to 60FFh:0, an INT32.
@@ -68,9 +91,33 @@ Correct the data type of this line in the start-up list of the master.
 
 class SdoWrongSize final : public Rule {
  public:
-  SdoWrongSize() : Rule(kInfo) { Subscribe<mailbox::SdoTransfer>(&SdoWrongSize::On); }
+  SdoWrongSize() : Rule(kInfo) {
+    Subscribe<mailbox::SdoTransfer>(&SdoWrongSize::On);
+    Subscribe<model::AlRequestJudged>(&SdoWrongSize::On);
+    Subscribe<model::AlAnswered>(&SdoWrongSize::On);
+  }
+
+  void On(const model::AlRequestJudged& e) {
+    if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return;
+    for (const Unpadded& list : unpadded_) {
+      if (list.slave == e.slave) context().ExplainRequest(e.slave, e.request.frame.number, list.finding);
+    }
+  }
+
+  /// The slave decides: it may take such a list as the master means it.
+  void On(const model::AlAnswered& e) {
+    if (unpadded_.empty() || e.request.control.state() < static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return;
+    const bool refused = e.outcome == model::AlAnswered::Outcome::kRefused;
+    std::erase_if(unpadded_, [&](const Unpadded& list) {
+      if (list.slave != e.slave || (!refused && list.shown)) return false;
+      context().store.Regrade(list.finding, refused ? Severity::kError : Severity::kInfo);
+      return true;
+    });
+  }
 
   void On(const mailbox::SdoTransfer& t) {
+    if (!unpadded_.empty()) Compare(t);
+    if (t.complete_access) CheckPadding(t);
     if (t.service != mailbox::SdoService::kDownload || !t.has_object || !t.request.seen() || t.complete_access) return;
     const std::optional<std::uint64_t> bytes = SizeOf(t);
     if (!bytes || DeniesObject(t)) return;
@@ -116,6 +163,82 @@ class SdoWrongSize final : public Rule {
   }
 
  private:
+  static constexpr std::size_t kMostUnpadded = 64;
+  static constexpr std::size_t kMostEntries = 16;
+
+  /// A list of PDOs or of their entries, written without padding.
+  struct Unpadded {
+    SlaveId slave = kNoSlave;
+    std::uint16_t index = 0;
+    FindingIndex finding = kNoFinding;
+    bool shown = false;                  ///< the slave showed an entry as it takes it
+    std::vector<std::uint32_t> shifted;  ///< entries as the slave takes them
+  };
+
+  static std::uint32_t EntryAt(ByteSpan bytes, std::size_t at, std::size_t width) {
+    return static_cast<std::uint32_t>(UnsignedOf(Slice(bytes, at, width)));
+  }
+
+  static Value EntryValue(std::uint32_t entry, std::size_t width) {
+    return width == 2 ? arg::Object(static_cast<std::uint16_t>(entry)) : arg::Hex(entry, 8);
+  }
+
+  void CheckPadding(const mailbox::SdoTransfer& t) {
+    constexpr std::size_t kCountBytes = 2;
+    const bool list = t.service == mailbox::SdoService::kDownload && t.has_object && t.subindex == 0 &&
+                      process::IsPdoObject(t.index) && !t.data_gap && t.data.size() > 1 && t.data.size() == t.size;
+    if (!list) return;
+    std::erase_if(unpadded_, [&](const Unpadded& old) { return old.slave == t.slave && old.index == t.index; });
+    const std::size_t width = process::IsAssignment(t.index) ? 2 : 4;
+    const std::size_t entries = t.data[0];
+    if (t.size != 1 + entries * width) return;
+    const bool aborted = t.outcome == mailbox::SdoOutcome::kAborted;
+    const std::uint64_t key = std::uint64_t{1} << 63U | t.index;
+    FindingIndex index = Repeat(t.slave, key, t.request);
+    if (index == kNoFinding) {
+      Finding finding = Found(kNoPadding, t.slave, t.request);
+      finding.confidence = ConfidenceOf(t.certainty);
+      finding.Set("list", arg::Object(t.index))
+          .Set("bytes", arg::Count(t.size, "byte"))
+          .Set("expected_bytes", arg::Count(kCountBytes + entries * width, "byte"))
+          .Set("entries", arg::Count(entries, "entry"))
+          .Set("meant", EntryValue(EntryAt(t.data, 1, width), width))
+          .Set("shifted", EntryValue(EntryAt(t.data, kCountBytes, width), width))
+          .Set("outcome", OutcomeValue(t.outcome))
+          .Set("aborted", arg::Flag(aborted));
+      if (aborted) finding.Set("abort_code", arg::Code(t.abort_code, mailbox::AbortCodeText(t.abort_code), 8));
+      AddRelated(finding, t.response.number);
+      index = Report(key, aborted ? Severity::kError : Severity::kWarning, std::move(finding));
+    }
+    if (aborted) return ExplainAbort(context(), t, index);
+    if (index == kNoFinding || unpadded_.size() >= kMostUnpadded) return;
+    Unpadded taken{t.slave, t.index, index, false, {}};
+    for (std::size_t at = kCountBytes; at + width <= t.data.size() && taken.shifted.size() < kMostEntries;
+         at += width) {
+      taken.shifted.push_back(EntryAt(t.data, at, width));
+    }
+    unpadded_.push_back(std::move(taken));
+  }
+
+  /// With what the slave shows of such a list: an entry as it takes it, or an object that such an entry leads to.
+  [[gnu::noinline]] void Compare(const mailbox::SdoTransfer& t) {
+    if (t.service != mailbox::SdoService::kUpload || !t.has_object || t.complete_access) return;
+    for (Unpadded& list : unpadded_) {
+      if (list.slave != t.slave) continue;
+      const bool leads = std::find(list.shifted.begin(), list.shifted.end(), t.index) != list.shifted.end();
+      if (leads && process::IsAssignment(list.index)) ExplainAbort(context(), t, list.finding);
+      const bool entry = t.index == list.index && t.subindex > 0 && t.subindex <= list.shifted.size() &&
+                         t.outcome == mailbox::SdoOutcome::kCompleted;
+      if (!entry || list.shown || UnsignedOf(t.data) != list.shifted[t.subindex - 1U]) continue;
+      list.shown = true;
+      Finding& finding = context().store[list.finding];
+      finding.Set("read", EntryValue(list.shifted[t.subindex - 1U], process::IsAssignment(t.index) ? 2 : 4))
+          .Set("read_object", arg::Object(t.index, t.subindex))
+          .Set("read_frame", arg::Frame(t.last.number));
+      context().store.Regrade(list.finding, Severity::kError);
+    }
+  }
+
   /// The object in the list of cyclic objects, where a manual prints no dictionary.
   static std::optional<device::DictionaryObject> CyclicObject(const device::DeviceDescription& family,
                                                               const mailbox::SdoTransfer& t) {
@@ -156,6 +279,8 @@ class SdoWrongSize final : public Rule {
     const std::uint32_t code = t.displaced_abort_code.value_or(t.abort_code);
     return code >> 16U == 0x0607 || code >> 16U == 0x0800 || mailbox::AbortCodeText(code).empty();
   }
+
+  std::vector<Unpadded> unpadded_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SdoWrongSize>};
