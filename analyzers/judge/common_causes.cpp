@@ -219,6 +219,11 @@ bool WithinItsFrames(const Finding& effect, const Finding& cause) {
   return cause.first.number <= effect.first.number && effect.last.number <= cause.last.number;
 }
 
+/// The effect began between the cause's first and last frame.
+bool BeginsWithin(const Finding& effect, const Finding& cause) {
+  return cause.first.number <= effect.first.number && effect.first.number <= cause.last.number;
+}
+
 /// The slave sends messages that are not well formed.
 bool FromSlave(const Finding&, const Finding& cause) {
   return CodeOf(cause, "direction") == "in";
@@ -493,6 +498,9 @@ constexpr std::array kLaws{
     Law{"mailbox-no-response", "mailbox-not-active", -1, nullptr, Bus::kNo, SameFrame},
     Law{"foe-error", "mailbox-no-response", -1, nullptr, Bus::kNo, SameFrame},
     Law{"emcy-received", "al-refused", kSoon, NamesFailedTransition},
+    Law{"al-refused", "bus-second-master", -1, HasNoReason, Bus::kGoesOn, BeginsWithin},
+    Law{"al-unexpected-change", "bus-second-master", -1, HasNoReason, Bus::kGoesOn, BeginsWithin},
+    Law{"al-illegal-transition", "bus-second-master", -1, nullptr, Bus::kGoesOn, BeginsWithin},
     Law{"al-refused", "wkc-never-right", -1, NamesWatchdog},
     Law{"al-unexpected-change", "wkc-never-right", -1, NamesWatchdog},
     Law{"al-timeout", "wkc-never-right", -1, RequestsOp},
