@@ -23,8 +23,8 @@ namespace {
 constexpr FindingKind kAborted{
     .name = "aborted",
     .title = R"([{!other}[{mapped:number} not mapped in {object:number}][{assigned:number} not assigned in
-{object:number}]][{?other}SDO {service}[ of {object:number}] aborted] [{!displaced_abort_code}({abort_code:number})[:
-{reason}]][({displaced_abort_code:number}, misplaced)])",
+{object:number}]][{?other}SDO {service}[ of {object:number}] aborted] [{!displaced_abort_code}({abort_code:number})[{!meant}:
+{reason}][: {meant:number}, bytes swapped?]][({displaced_abort_code:number}, misplaced)])",
     .message =
         R"(The slave aborts the {service} of [{object}[{?complete_access} (complete access)]][{!object}an object that is
 not in the capture][ (request in {request_frame})]. The abort code is {abort_code}.[{?undefined} The standard does not
@@ -77,6 +77,17 @@ constexpr NoteKind kIsRegister{
     .text =
         R"(Objects of an application begin at 1000h. {address} may be meant as the address of a register of the slave
 controller: an SDO does not reach it. Use FPRD to read the register, and FPWR to write it.)"};
+constexpr NoteKind kIndexSwapped{
+    .name = "index-bytes-swapped",
+    .text = R"({object:number} is {meant} with its two bytes exchanged. CoE sends the low byte of an index first.)"};
+constexpr NoteKind kEntrySwapped{
+    .name = "entry-bytes-swapped",
+    .text = R"(The entry {entry} is {right} in another byte order, which maps {meant}. The low byte of an
+entry is sent first: the length, then the subindex, then the index.)"};
+constexpr NoteKind kMappedOutput{
+    .name = "mapped-in-outputs",
+    .text = R"({object:number} is in the outputs ({pdo}), which the master sends. Such an object gets its value from the
+process data, and many drives reject it by SDO.)"};
 constexpr NoteKind kNoCompleteAccessInEsi{.name = "esi-no-complete-access",
                                           .text = "The ESI of the slave does not offer complete access."};
 constexpr NoteKind kAssignmentFixed{.name = "esi-fixed-assignment",
@@ -90,8 +101,9 @@ constexpr NoteKind kWrittenLater{.name = "accepted-later",
                                  .text = "In {accepted_frame} the slave accepted the same value."};
 
 constexpr const FindingKind* kKinds[] = {&kAborted, &kAbortedByMaster, &kNotOffered, &kCountTooLarge};
-constexpr const NoteKind* kNotes[] = {&kCountExceeds, &kIsRegister,    &kNoCompleteAccessInEsi, &kAssignmentFixed,
-                                      &kMappingFixed, &kWrittenSingly, &kWrittenLater};
+constexpr const NoteKind* kNotes[] = {
+    &kCountExceeds,          &kIsRegister,      &kIndexSwapped, &kEntrySwapped,  &kMappedOutput,
+    &kNoCompleteAccessInEsi, &kAssignmentFixed, &kMappingFixed, &kWrittenSingly, &kWrittenLater};
 
 constexpr RuleInfo kInfo{.id = "sdo-abort",
                          .group = "Mailbox and CoE",
@@ -128,6 +140,8 @@ changed.
 - A download with complete access that the slave does not support becomes an info if the master then writes the same
   PDOs or entries and their number one by one.
 - If the slave accepts the same value later, the finding notes it.
+- An index or a mapping entry that is an object of the slave in another byte order, and none as it is, is named as such.
+- A write of an object that the outputs hold is named as such.
 - If the model knows why the slave had to abort, caused_by names that finding (sdo-write-read-only, sdo-wrong-size,
   sdo-unknown-object, sdo-toggle).
 - The top three bits of the command byte of an abort are those of 0x80. Some slave stacks leave bits of the request in
@@ -181,6 +195,10 @@ constexpr Word kCheckState{"check-state", "Check the state of the drive: AL stat
 constexpr Word kCheckCount{"check-count", "Write to subindex 0 the number of entries that exist"};
 constexpr Word kUseRegister{"use-register-access",
                             "Use FPRD or FPWR for a register, or an index from 1000h on for an object"};
+constexpr Word kCheckByteOrder{"check-byte-order", "Write each number with its low byte first"};
+constexpr Word kUseProcessData{"use-process-data",
+                               "Write the object in the process data, or take it out of the mapping"};
+constexpr Word kIsMapped{"mapped-in-outputs", "it is in the outputs"};
 constexpr Word kFindObject{"find-object", "Find the object in the dictionary of the drive"};
 
 /// Codes of ETG.1000.6, sorted.
@@ -307,6 +325,8 @@ class SdoAbort final : public Rule {
     if (by_slave && t.has_object && t.index < kFirstObject) {
       finding.Add(kIsRegister, {{"address", arg::Hex(t.index)}}).Set("advice", arg::Of(kUseRegister));
     }
+    if (by_slave) AddByteOrder(finding, t, code);
+    if (by_slave) AddMappedOutput(finding, t, code);
     AddRelated(finding, t.request.number);
     const FindingIndex index = Report(key, IsProbe(t) ? Severity::kInfo : Severity::kError, std::move(finding));
     RememberWhole(t, index);
@@ -364,6 +384,69 @@ class SdoAbort final : public Rule {
     }
     finding.Set("other", arg::Flag(other));
     AddCount(finding, t);
+  }
+
+  static std::uint16_t Swapped(std::uint16_t value) { return static_cast<std::uint16_t>(value << 8U | value >> 8U); }
+
+  /// Titles name it instead of the reason.
+  static void SetMeant(Finding& finding, Value meant) {
+    finding.Set("meant", std::move(meant)).Set("advice", arg::Of(kCheckByteOrder));
+  }
+
+  /// An index, or an entry of a list of PDOs, that is an object of the slave if its bytes stand in another order, and
+  /// none as it is.
+  void AddByteOrder(Finding& finding, const mailbox::SdoTransfer& t, std::uint32_t code) const {
+    const device::DeviceDescription& family = *context().slave(t.slave).profile;
+    const bool about_value = code == kNoObject || code >> 16U == 0x0604 || code >> 16U == 0x0609;
+    if (!t.has_object || !about_value) return;
+    const bool entry = t.service == mailbox::SdoService::kDownload && !t.complete_access && t.subindex > 0;
+    if (entry && process::IsAssignment(t.index) && t.data.size() == 2) {
+      const auto assigned = LittleEndian<std::uint16_t>(t.data, 0);
+      const std::uint16_t swapped = Swapped(assigned);
+      const bool rx = t.index == process::kRxAssignment;
+      if (rx ? !process::IsRxMapping(swapped) : !process::IsTxMapping(swapped)) return;
+      finding.Add(kIndexSwapped, {{"object", arg::Object(assigned)}, {"meant", arg::Object(swapped)}});
+      SetMeant(finding, arg::Object(swapped));
+    } else if (entry && process::IsPdoObject(t.index) && t.data.size() == 4) {
+      AddEntryOrder(finding, LittleEndian<std::uint32_t>(t.data, 0), family);
+    } else if (code == kNoObject && family.object(t.index, t.subindex) == nullptr) {
+      const std::uint16_t swapped = Swapped(t.index);
+      if (swapped < kFirstObject || swapped == t.index || family.object(swapped, t.subindex) == nullptr) return;
+      Value meant = arg::Object(swapped, t.subindex, family.object_name(swapped, t.subindex));
+      finding.Add(kIndexSwapped, {{"object", arg::Object(t.index)}, {"meant", meant}});
+      SetMeant(finding, std::move(meant));
+    }
+  }
+
+  /// With all four bytes reversed, or with its two halves exchanged.
+  static void AddEntryOrder(Finding& finding, std::uint32_t value, const device::DeviceDescription& family) {
+    const auto written = process::MappingEntry::FromValue(value);
+    if (family.object(written.index, written.subindex) != nullptr) return;
+    const std::uint32_t halves = value << 16U | value >> 16U;
+    const std::uint32_t reversed = std::uint32_t{Swapped(static_cast<std::uint16_t>(value))} << 16U |
+                                   Swapped(static_cast<std::uint16_t>(value >> 16U));
+    for (const std::uint32_t right : {reversed, halves}) {
+      const auto meant = process::MappingEntry::FromValue(right);
+      const device::DictionaryObject* const object = family.object(meant.index, meant.subindex);
+      if (object == nullptr || meant.bits == 0 || device::BitsOf(object->TypeOf(meant.subindex)) != meant.bits)
+        continue;
+      finding.Add(
+          kEntrySwapped,
+          {{"entry", arg::Hex(value, 8)}, {"right", arg::Hex(right, 8)}, {"meant", MappedValue(right, family)}});
+      return SetMeant(finding, MappedValue(right, family));
+    }
+  }
+
+  /// An object that the slave takes from the process data.
+  void AddMappedOutput(Finding& finding, const mailbox::SdoTransfer& t, std::uint32_t code) const {
+    constexpr std::uint32_t kAccess = 0x06010000, kReadOnly = 0x06010002;
+    const bool write = t.service == mailbox::SdoService::kDownload && t.has_object && !process::IsPdoObject(t.index);
+    if (!write || (code != kAccess && code != kReadOnly)) return;
+    const model::SlaveModel& slave = context().slave(t.slave);
+    const model::Signal* const signal = slave.process.rx().Find(t.index, t.subindex);
+    if (signal == nullptr || slave.outputs.exchanged == 0) return;
+    finding.Add(kMappedOutput, {{"object", arg::Object(t.index, t.subindex)}, {"pdo", arg::Object(signal->pdo)}});
+    finding.Set("reason", arg::Of(kIsMapped)).Set("advice", arg::Of(kUseProcessData));
   }
 
   /// Subindex 0 of a list, set to more entries than the capture shows.
