@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -9,7 +13,9 @@
 #include "analyzers/model/drive_events.h"
 #include "analyzers/model/process_image.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/progress/axis_view.h"
 #include "analyzers/progress/progress_model.h"
+#include "decoder/base/bytes.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/track/events.h"
 
@@ -25,20 +31,30 @@ master gets no error.)",
     .next = "Command the drive in the outputs, or take {object:number} out of the mapping.",
     .identity = "object"};
 
-constexpr const FindingKind* kKinds[] = {&kOverwritten};
+constexpr FindingKind kSetPoint{
+    .name = "set-point-overwritten",
+    .title = "{object:number} = {by_sdo} by SDO, but the process data send {cyclic}",
+    .message = R"(The master writes {by_sdo} to {object} by SDO in {frame}, in OP. The object is in the outputs as well.
+They hold {cyclic} from {cyclic_frame} to {last_cyclic_frame}, for {lasted_ms}. The drive takes its set point from the
+outputs. It accepted the download, so the master gets no error.)",
+    .next = "Write the set point into the process data, or take {object:number} out of the mapping.",
+    .identity = "object"};
+
+constexpr const FindingKind* kKinds[] = {&kOverwritten, &kSetPoint};
 
 constexpr Word kOutputMapping{"output-mapping", "the mapping of the outputs"};
 
 constexpr RuleInfo kInfo{.id = "drive-sdo-control-word",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kInfo,
-                         .title = "The control word is written by SDO while it is in the outputs",
-                         .needs = "SDO downloads of 6040h, the mapping of the outputs, AL state OP",
+                         .title = "A control word or set point is written by SDO while it is in the outputs",
+                         .needs = "SDO downloads of these objects, the mapping of the outputs, AL state OP",
                          .source = "AKD-2011, 3.5.3; MKD, 3.7.3",
                          .kinds = kKinds,
                          .doc = R"(
 ## What it checks
-Downloads of the control word (6040h, of each axis) in OP while the outputs hold the same object with another value.
+Downloads of the control word (6040h) and of the targets of position, velocity and torque (607Ah, 60FFh, 6071h, 6042h)
+of each axis, in OP, while the outputs hold the same object with another value.
 
 ## Why it matters
 The next cycle overwrites it. A service tool that enables the drive or resets a fault in this way has no effect, though
@@ -51,6 +67,8 @@ each download is accepted.
   answer: a master that stopped the exchange before overwrites nothing.
 - A download that repeats the value of the outputs is ignored.
 - One that asks for more than the outputs do (enable) is reported by drive-not-enabled if the drive stays disabled.
+- A target is a warning. It counts if the outputs keep one other value for 100 ms after the download: a master that
+  changes the target in the outputs uses these. The drive has to be enabled.
 
 ## Example
 tests/rules/drive-sdo-control-word/violates.trace
@@ -68,12 +86,13 @@ class DriveSdoControlWord final : public Rule {
     Subscribe<track::RunBegan>(&DriveSdoControlWord::On);
   }
 
-  void On(const track::CaptureGap&) { written_.clear(); }
-  void On(const track::RunBegan&) { written_.clear(); }
+  void On(const track::CaptureGap&) { Forget(); }
+  void On(const track::RunBegan&) { Forget(); }
 
   void On(const mailbox::SdoTransfer& t) {
     if (t.service != mailbox::SdoService::kDownload || !t.has_object || t.subindex != 0) return;
     const auto axis = progress::AxisOf(t.index);
+    if (axis && IsTarget(axis->second)) return TakeTarget(t, axis->first);
     if (!axis || axis->second != model::kControlWord || t.data.size() != sizeof(std::uint16_t)) return;
     const model::SlaveModel& slave = context().slave(t.slave);
     if (t.outcome != mailbox::SdoOutcome::kCompleted || !slave.al.SettledIn(esc::AlState::OP)) return;
@@ -97,12 +116,15 @@ class DriveSdoControlWord final : public Rule {
 
   void On(const model::OutputsTaken& e) {
     if (!written_.empty()) Compare(e.cycle);
+    if (!targets_.empty()) CompareTargets(e.cycle);
   }
 
  private:
   static constexpr std::size_t kMostWritten = 1024;
   /// Outputs that come later are those of a master that had stopped them.
   static constexpr TimeNs kSoonNs = 1'000'000'000;
+  /// As long the outputs keep another target.
+  static constexpr TimeNs kKeptNs = 100'000'000;
 
   /// A control word by SDO, until the next outputs with this object.
   struct Written {
@@ -114,6 +136,90 @@ class DriveSdoControlWord final : public Rule {
     FrameNo cyclic_since = 0;  ///< frame since which the outputs had their word
     Confidence confidence = Confidence::kObserved;
   };
+
+  /// A target by SDO, and what the outputs hold for it since.
+  struct Target {
+    SlaveId slave = kNoSlave;
+    std::uint16_t index = 0;
+    std::uint8_t axis = 0;
+    std::uint64_t raw = 0;
+    FrameRef request, answer;
+    std::optional<std::uint64_t> cyclic;
+    FrameRef since;  ///< of `cyclic`
+    Confidence confidence = Confidence::kObserved;
+  };
+
+  static bool IsTarget(std::uint16_t object) {
+    constexpr std::array<std::uint16_t, 4> kTargets{0x6042, 0x6071, 0x607A, 0x60FF};
+    return std::find(kTargets.begin(), kTargets.end(), object) != kTargets.end();
+  }
+
+  void Forget() {
+    written_.clear();
+    targets_.clear();
+  }
+
+  void TakeTarget(const mailbox::SdoTransfer& t, std::uint8_t axis) {
+    std::erase_if(targets_, [&](const Target& other) { return other.slave == t.slave && other.index == t.index; });
+    const model::SlaveModel& slave = context().slave(t.slave);
+    const model::ProcessLayout& outputs = slave.process.rx();
+    const model::Signal* const signal = outputs.Find(t.index, 0);
+    if (t.outcome != mailbox::SdoOutcome::kCompleted || !slave.al.SettledIn(esc::AlState::OP) || signal == nullptr)
+      return;
+    if (t.data.empty() || t.data.size() != t.size || 8 * t.size != signal->bits || targets_.size() >= kMostWritten)
+      return;
+    targets_.push_back({t.slave,
+                        t.index,
+                        axis,
+                        UnsignedOf(t.data),
+                        t.request,
+                        t.response,
+                        std::nullopt,
+                        {},
+                        outputs.assumed ? Confidence::kInferred : ConfidenceOf(t.certainty)});
+  }
+
+  /// The outputs go on with one other value: nothing of the download is left.
+  [[gnu::noinline]] void CompareTargets(const model::ProcessCycle& cycle) {
+    std::erase_if(targets_, [&](Target& target) {
+      const FrameRef& sent = cycle.sent.seen() ? cycle.sent : cycle.frame();
+      if (target.slave != cycle.part.slave || sent.number <= target.answer.number) return false;
+      const std::optional<std::uint64_t> value = cycle.Value(target.index, 0);
+      if (!value) return false;
+      const progress::AxisWatch* const axis = context().progress().axis(target.slave, target.axis);
+      const bool enabled = axis != nullptr && axis->now().enabled();
+      const bool other = !target.cyclic || *value == *target.cyclic;
+      if (*value == target.raw || !other || !enabled || !sent.has_time) return true;
+      if (!target.cyclic) {
+        target.cyclic = value;
+        target.since = sent;
+      }
+      const TimeNs held = Elapsed(target.since.time, sent.time);
+      if (held < kKeptNs) return false;
+      ReportTarget(target, sent, held);
+      return true;
+    });
+  }
+
+  void ReportTarget(const Target& target, const FrameRef& last, TimeNs held) {
+    const std::uint64_t key = std::uint64_t{target.index} << 32U | AxisKey(target.axis);
+    if (Repeat(target.slave, key, target.request) != kNoFinding) return;
+    const model::SlaveModel& slave = context().slave(target.slave);
+    const std::uint32_t bits = slave.process.rx().Find(target.index, 0)->bits;
+    Finding finding = Found(kSetPoint, target.slave, target.request);
+    finding.confidence = target.confidence;
+    finding.Set("object", arg::Object(target.index, 0, slave.profile->object_name(target.index, 0)))
+        .Set("by_sdo", arg::Number(SignExtend(target.raw, bits)))
+        .Set("cyclic", arg::Number(SignExtend(*target.cyclic, bits)))
+        .Set("cyclic_frame", arg::Frame(target.since.number))
+        .Set("last_cyclic_frame", arg::Frame(last.number))
+        .Set("lasted_ms", arg::Ms(held));
+    if (slave.profile->drive) finding.reference = ReferenceTo(slave.profile->drive->source);
+    NameAxis(finding, target.axis);
+    AddRelated(finding, target.since.number);
+    AddRelated(finding, last.number);
+    (void)Report(key, Severity::kWarning, std::move(finding));
+  }
 
   /// With the word that the outputs hold.
   [[gnu::noinline]] void Compare(const model::ProcessCycle& cycle) {
@@ -147,6 +253,7 @@ class DriveSdoControlWord final : public Rule {
   }
 
   std::vector<Written> written_;
+  std::vector<Target> targets_;
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<DriveSdoControlWord>};
