@@ -8,6 +8,7 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/progress/axis_view.h"
 #include "analyzers/progress/progress_model.h"
 #include "analyzers/words/drive_text.h"
 
@@ -18,15 +19,17 @@ constexpr FindingKind kNoEffect{
     .name = "no-effect",
     .title =
         "[{?solved}{command} in {state} takes more than {limit_ms}][{!solved}{command} has no effect in {state}]"
-        "[{?no_voltage}: no voltage (bit 4 = 0)]",
+        "[{?no_voltage}: no voltage (bit 4 = 0)][{!solved}[{?local}: local control (bit 9)]]",
     .message = R"(The control word {control_word} of {command_frame} commands {command} (transition {transition}[ to
 {target}]). In {frame}, {waited_ms} later, the status word is still {status_word} ({state}). The limit is
-{limit_ms}.[{?no_voltage} Bit 4 of the status word is 0: the drive has no supply voltage.])",
+{limit_ms}.[{?no_voltage} Bit 4 of the status word is 0: the drive has no supply voltage.][{?local} Bit 9 (remote) of the
+status word is 0: the drive does not act on the control word.])",
     .next =
         R"([{?edge}Send bit {edge} of the control word as 0, then as 1 ({word_without}, then
 {word_with}).][{!edge}[{?no_voltage}Check the supply, hardware enable and safe torque off.][{?in_fault}The cause of
-the fault may still be present: read the fault from the drive (1003h).][{!no_voltage}[{!in_fault}Check hardware
-enable, safe torque off and whether the fieldbus may control the drive.]]])",
+the fault may still be present: read the fault from the drive (1003h).][{?local}Give the control to the fieldbus: close the commissioning software, and check
+the command source.][{!no_voltage}[{!in_fault}[{!local}Check hardware enable, safe torque off and whether the fieldbus
+may control the drive.]]]])",
     .identity = "transition"};
 constexpr const FindingKind* kKinds[] = {&kNoEffect};
 
@@ -60,6 +63,7 @@ enable, safe torque off, a fault whose cause is still present, control over the 
 Each status word that arrives after the limit and still shows the old state.
 
 - A command that is withdrawn before is not evaluated, nor the time in which the slave may still be on its way to OP.
+- Bit 9 (remote) of the status word shows whether the drive acts on the control word. If it is 0, the title names it.
 - Transition 16 is not evaluated: drives may leave it out.
 - If the drive shows Operation enabled after that, the finding is an info: a supply that comes up, or a machine that
   waited.
@@ -92,6 +96,8 @@ class DriveNoReaction final : public Rule {
     Finding finding = Found(kNoEffect, e.slave, e.frame);
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
     const bool no_voltage = (e.status & 0x0010U) == 0;
+    const bool in_fault = !no_voltage && e.state == device::DriveState::kFault;
+    const bool local = !no_voltage && !in_fault && (e.status >> progress::kRemoteBit & 1U) == 0;
     finding.Set("control_word", arg::Hex(e.word))
         .Set("status_word", arg::Hex(e.status))
         .Set("state", StateValue(e.state))
@@ -101,7 +107,8 @@ class DriveNoReaction final : public Rule {
         .Set("command", arg::Text(CommandName(drive, path, e.before, e.word)))
         .Set("command_frame", arg::Frame(e.command.number))
         .Set("no_voltage", arg::Flag(no_voltage))
-        .Set("in_fault", arg::Flag(!no_voltage && e.state == device::DriveState::kFault));
+        .Set("in_fault", arg::Flag(in_fault))
+        .Set("local", arg::Flag(local));
     if (transition != nullptr) finding.Set("target", StateValue(transition->to));
     DescribeEdge(finding, e, drive);
     AddRelated(finding, e.command.number);
