@@ -56,6 +56,7 @@ enum class AxisFact : std::uint8_t {
   kOtherScale,      ///< velocities: the actual value is steady, and far from the target in number
   kHomingStands,    ///< homing is started, and the axis neither moves nor reports an end; b: how far it went, c: as
                     ///< kZeroLimit
+  kHomingCut,       ///< another mode while homing still moved the axis; b: how far it went
   // The process data are read at a wrong place.
   kModeShifted,  ///< a: 6061h by SDO, b: in the process data
 };

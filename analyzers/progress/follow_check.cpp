@@ -10,6 +10,7 @@ constexpr TimeNs kStillNs = 500'000'000;
 /// Brakes release, and some methods wait for a signal.
 constexpr TimeNs kHomingStillNs = 3'000'000'000;
 constexpr std::int64_t kLeastOfHoming = 5;
+constexpr TimeNs kStoppedNs = 50'000'000;
 /// In coarse units an axis that moves shows few steps, all of them one way; one that rests goes back and forth.
 constexpr std::uint32_t kLeastSteps = 2;
 constexpr TimeNs kRampNs = 1'000'000'000;
@@ -58,6 +59,8 @@ void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
   const bool enabled = now.enabled() && now.in_op != InOp::kNo;
   const std::optional<std::int8_t> mode = now.mode();
   if (enabled != enabled_ || mode != mode_) {
+    if (search_ && enabled && enabled_ && mode) HomingLeft(now, out);
+    search_.reset();
     restart_ = true;
     still_.Reset();
     wrong_way_.Reset();
@@ -107,7 +110,9 @@ void FollowCheck::Homing(const AxisView& now, AxisRecords& out) {
     started_ = true;
     steps_ = {};
     still_.Reset();
+    search_ = Search{now.frame, {}, false};
   }
+  if (search_ && steps_.last && *steps_.last != *actual) search_->moved = now.frame;
   steps_.Step(*actual);
   const std::int64_t moved = Apart(begin_.actual, *actual);
   if (now.Status(kAcknowledgeBit) && !now.Status(kErrorBit)) {
@@ -115,6 +120,14 @@ void FollowCheck::Homing(const AxisView& now, AxisRecords& out) {
     // It was slow, or waited for a brake.
     if (stood_) out.Heal(AxisFact::kHomingStands, Quantity::kNone, now.frame);
     stood_ = false;
+  }
+  if (search_) {
+    const bool attained = now.Status(kAcknowledgeBit) && search_->open;
+    if (attained || now.Status(kErrorBit) || now.Control(kHaltBit)) {
+      search_.reset();
+    } else if (now.status && !now.Status(kAcknowledgeBit)) {
+      search_->open = true;
+    }
   }
   if (Magnitude(moved) > kLeastOfHoming || now.Status(kAcknowledgeBit)) started_ = false;
   const bool still = started_ && now.Control(kStartBit) && !now.Control(kHaltBit) && !now.Status(kErrorBit);
@@ -131,6 +144,17 @@ void FollowCheck::Homing(const AxisView& now, AxisRecords& out) {
     record.by_sdo = now.zero_by_sdo;
     out.Add(record);
   }
+}
+
+/// The master selects another mode while the drive searches its reference. One that was stopped before is at rest.
+void FollowCheck::HomingLeft(const AxisView& now, AxisRecords& out) const {
+  if (!search_->open || !search_->moved.seen() || !search_->moved.has_time || !now.frame.has_time) return;
+  if (Elapsed(search_->moved.time, now.frame.time) > kStoppedNs || steps_.count < kLeastSteps) return;
+  const std::int64_t moved = Apart(begin_.actual, *steps_.last);
+  if (Magnitude(moved) <= kLeastOfHoming || !search_->since.has_time) return;
+  AxisRecord record = now.Record(AxisFact::kHomingCut, search_->since, Elapsed(search_->since.time, now.frame.time));
+  record.b = moved;
+  out.Add(record);
 }
 
 void FollowCheck::Bits(const AxisView& now, AxisRecords& out) {

@@ -55,6 +55,12 @@ class FollowCheck {
       ++count;
     }
   };
+  /// A homing that was started, and showed no end so far.
+  struct Search {
+    FrameRef since;
+    FrameRef moved;     ///< the last change of the actual value
+    bool open = false;  ///< bit 12 was 0 since the start: that of an earlier homing may stay for a while
+  };
   /// What the drive showed while its velocity was far below the target.
   struct Slow {
     std::optional<std::int64_t> from;  ///< position where it began
@@ -76,6 +82,7 @@ class FollowCheck {
   void Position(const AxisView& now, AxisRecords& out);
   void Profile(const AxisView& now, AxisRecords& out);
   void Homing(const AxisView& now, AxisRecords& out);
+  void HomingLeft(const AxisView& now, AxisRecords& out) const;
   void Velocity(const AxisView& now, AxisRecords& out);
   void Torque(const AxisView& now, AxisRecords& out);
   /// Adds `fact` once it has held for `limit`. @return whether it did so in this step
@@ -97,7 +104,8 @@ class FollowCheck {
   Approach approach_;            ///< velocities, torques
   Slow slow_window_;             ///< velocities: while slow_ holds
   Steps steps_;                  ///< homing
-  AxisLead error_lead_;          ///< before error_ began
+  std::optional<Search> search_;
+  AxisLead error_lead_;  ///< before error_ began
   FrameRef follows_, followed_;
 };
 

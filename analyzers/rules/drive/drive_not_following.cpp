@@ -111,8 +111,18 @@ intended.][{!solved_frame}[Write a value to {limit:number}. ]Check the homing me
 acceleration (609Ah): a speed of 0 does not move.])",
     .identity = ""};
 
-constexpr const FindingKind* kKinds[] = {&kFollowingError, &kHomingError, &kStandsStill, &kLags,
-                                         &kWrongWay,       &kZeroLimit,   &kOtherScale,  &kHomingStands};
+constexpr FindingKind kHomingCut{
+    .name = "homing-cut-short",
+    .title = "Homing is cut short: another mode before it is attained (bit 12)",
+    .message =
+        R"(Bit 4 of the control word starts homing in {frame}. In {shown_frame}, {lasted_ms} later, the drive shows mode
+{mode}. The axis was in motion up to then ({travel} from the start). The status word never showed homing attained (bit
+12) nor an error (bit 13). So this homing gives the axis no reference.)",
+    .next = "Keep mode 6 and bit 4 until bit 12 of the status word is 1, and then select the next mode.",
+    .identity = "mode"};
+
+constexpr const FindingKind* kKinds[] = {&kFollowingError, &kHomingError, &kStandsStill,  &kLags,     &kWrongWay,
+                                         &kZeroLimit,      &kOtherScale,  &kHomingStands, &kHomingCut};
 
 constexpr const NoteKind* kNotes[] = {&kLeadNote};
 
@@ -149,6 +159,8 @@ The drive is enabled and commanded, and the axis is not where the master thinks 
   capture, a steady velocity other than 0 is an inferred info, and so is one that always has the sign of its target:
   the two values may be in different units.
 - In homing an axis moves that makes 2 steps or more, all of them one way.
+- Homing is cut short if the drive stays enabled and shows another mode while the axis moves, before bit 12 or 13. An
+  axis that halt or bit 4 stopped before does not count.
 - If the axis then follows the same start (profile position, homing) or set point (profile velocity, velocity mode),
   the finding is an info with its duration: a brake, a release.
 - A velocity with an active internal limit (bit 11 of the status word) is an info: a winder or a clamp works so.
@@ -171,6 +183,7 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kZeroLimit, &kZeroLimit},
     AxisRule::Row{progress::AxisFact::kOtherScale, &kOtherScale},
     AxisRule::Row{progress::AxisFact::kHomingStands, &kHomingStands},
+    AxisRule::Row{progress::AxisFact::kHomingCut, &kHomingCut},
 };
 
 constexpr Word kPosition{"position", "position"};
@@ -190,6 +203,10 @@ class DriveNotFollowing final : public AxisRule {
       if (now.Target(progress::Quantity::kPosition) && now.Actual(progress::Quantity::kPosition)) {
         finding.Set("target", arg::Number(record.a)).Set("actual", arg::Number(record.b));
       }
+      return;
+    }
+    if (record.fact == progress::AxisFact::kHomingCut) {
+      finding.Set("travel", arg::Number(progress::Magnitude(record.b)));
       return;
     }
     if (record.healthy && record.solved_at.seen()) {
