@@ -288,7 +288,7 @@ bool ModuleListRefused(const Finding&, const Finding& cause) {
 /// Which of both is one of the bus: none, the cause, the effect, both. Causes of the bus fold what happened now and
 /// then: a part of it has to lie between the last look before the effect and the effect, unless it goes on until it
 /// ends.
-enum class Bus : std::uint8_t { kNo, kYes, kGoesOn, kEffect, kBoth };
+enum class Bus : std::uint8_t { kNo, kYes, kGoesOn, kEffect, kBoth, kBothGoesOn };
 
 bool TouchesLookBefore(const RuleContext& context, const Moment& effect, const Finding& cause) {
   // A message is no look: what came soon before it counts.
@@ -413,6 +413,23 @@ bool HasNoReason(const RuleContext&, const Finding& effect) {
   return !effect.arguments.Has("reason");
 }
 
+/// No slave has the station address: another master gave the slave its own.
+bool NamesNoSlave(const RuleContext&, const Finding& effect) {
+  return effect.kind != nullptr && effect.kind->name == "no-slave";
+}
+
+/// SYNC0 is off.
+bool MissesSync0(const RuleContext&, const Finding& effect) {
+  return CodeOf(effect, "reason") == "sync-off" || CodeOf(effect, "reason") == "sync-unseen";
+}
+
+/// The master wrote to the SYNC unit, but to a station address that no slave has.
+bool IsSyncUnitOfNoSlave(const Finding&, const Finding& cause) {
+  constexpr std::int64_t kFirst = 0x0980, kLast = 0x09AF;
+  const auto written = NumberOf(cause, "written_register");
+  return written && *written >= kFirst && *written <= kLast;
+}
+
 /// The slave refused a parameter that the master wrote (SoE) before this request of SAFEOP or OP.
 bool ParameterRefused(const Finding& effect, const Finding& cause) {
   constexpr auto kSafeop = static_cast<std::int64_t>(esc::AlState::SAFEOP);
@@ -501,6 +518,8 @@ constexpr std::array kLaws{
     Law{"al-refused", "bus-second-master", -1, HasNoReason, Bus::kGoesOn, BeginsWithin},
     Law{"al-unexpected-change", "bus-second-master", -1, HasNoReason, Bus::kGoesOn, BeginsWithin},
     Law{"al-illegal-transition", "bus-second-master", -1, nullptr, Bus::kGoesOn, BeginsWithin},
+    Law{"wkc-mismatch", "bus-second-master", -1, NamesNoSlave, Bus::kBothGoesOn, BeginsWithin},
+    Law{"al-refused", "wkc-mismatch", -1, MissesSync0, Bus::kGoesOn, IsSyncUnitOfNoSlave, true},
     Law{"al-refused", "wkc-never-right", -1, NamesWatchdog},
     Law{"al-unexpected-change", "wkc-never-right", -1, NamesWatchdog},
     Law{"al-timeout", "wkc-never-right", -1, RequestsOp},
@@ -571,7 +590,7 @@ void JoinConsequences(RuleContext& context) {
     for (FindingIndex e = 0; e < findings.size(); ++e) {
       Finding& effect = findings[e];
       if (effect.rule != law.effect || effect.caused_by != kNoFinding) continue;
-      const bool of_bus = law.of_bus == Bus::kEffect || law.of_bus == Bus::kBoth;
+      const bool of_bus = law.of_bus == Bus::kEffect || law.of_bus == Bus::kBoth || law.of_bus == Bus::kBothGoesOn;
       if ((effect.slave == kNoSlave) != of_bus) continue;
       if (law.holds != nullptr && !law.holds(context, effect)) continue;
       const Moment moment = MomentOf(findings, e);

@@ -9,6 +9,7 @@
 #include "decoder/base/ids.h"
 #include "decoder/base/time.h"
 #include "decoder/track/events.h"
+#include "decoder/wire/command.h"
 
 namespace ecaudit {
 
@@ -18,6 +19,8 @@ class UnansweredAddresses {
     FrameRef first, last;
     EscAddress address = 0;  ///< in the first of them
     std::uint64_t count = 0;
+    std::uint64_t writes = 0;
+    EscAddress written = 0;  ///< in the first write
 
     /// From the first to the last; nothing without time stamps.
     [[nodiscard]] std::optional<TimeNs> Lasted() const {
@@ -35,6 +38,8 @@ class UnansweredAddresses {
       accesses.address = answer.address;
     }
     accesses.last = answer.returned;
+    const bool writes = answer.command == wire::Command::FPWR || answer.command == wire::Command::APWR;
+    if (writes && accesses.writes++ == 0) accesses.written = answer.address;
   }
   void Remove(std::uint32_t key) {
     if (!all_.empty()) all_.erase(key);

@@ -56,9 +56,10 @@ inline constexpr FindingKind kNoSlaveThere{
     .message =
         R"([{?assigned}The master accesses station address {station_address} {accesses} from {frame} to {last_frame},
 first register {register}, and the working counter is always 0. It assigned other addresses in the capture, but not this
-one.][{!assigned}The master accesses station address {station_address} {accesses} from {frame} to {last_frame}, first
-register {register}, which every slave has. The working counter is always 0, but other slaves answer. The slave lost power,
-its link or its address before the capture, or no slave ever had this address.])",
+one.[ So no slave takes what it writes to register {written_register} there.]][{!assigned}The master accesses station
+address {station_address} {accesses} from {frame} to {last_frame}, first register {register}, which every slave has. The
+working counter is always 0, but other slaves answer. The slave lost power, its link or its address before the capture,
+or no slave ever had this address.])",
     .next =
         "[{?assigned}Compare the station addresses in the configuration of the master with those that it assigns "
         "(0x0010).][{!assigned}Check the power of this slave and the cable to it, and the station addresses in the "

@@ -10,6 +10,8 @@
 namespace ecaudit::wkc {
 namespace {
 
+constexpr EscAddress kRegistersEnd = 0x1000;  // mailboxes and process data: other masters in the capture write them too
+
 bool IsConfigured(wire::Command command) {
   return command == wire::Command::FPRD || command == wire::Command::FPWR || command == wire::Command::FPRW;
 }
@@ -26,6 +28,9 @@ void MissingSlaves::On(const track::Answered& answer) {
     if (IsConfigured(answer.command)) stations_.Remove(answer.adp);
     return;
   }
+  const bool writes = answer.command == wire::Command::FPWR && assigned_ && answer.returned.seen();
+  const bool other_register = answer.address > kLastOfEveryEsc && answer.address < kRegistersEnd;
+  if (writes && other_register && answer.slave == kNoSlave) stations_.Add(answer.adp, answer);
   if (!wire::IncrementsAdp(answer.command) || wire::IsBroadcast(answer.command)) return;
   // A position after the last slave. The datagram itself counts the slaves that it passes.
   constexpr std::uint16_t kMostPositions = 0x8000;  // above: slaves before the tap have counted already
@@ -35,7 +40,7 @@ void MissingSlaves::On(const track::Answered& answer) {
 }
 
 /// Accesses to a station address that no slave has: of registers that every ESC has. If the master assigned others in
-/// the capture, of any register.
+/// the capture, of any register up to the last of these, and writes to any register.
 void MissingSlaves::OnOfEveryEsc(const track::Answered& answer) {
   if (!IsConfigured(answer.command) || answer.slave != kNoSlave || answer.wkc != 0) return;
   if (assigned_ || EveryEscAnswers(answer.address, answer.length)) stations_.Add(answer.adp, answer);
@@ -63,8 +68,12 @@ std::vector<MissingSlaves::Report> MissingSlaves::Reports() const {
 void MissingSlaves::AddStation(StationAddress station, const UnansweredAddresses::Accesses& accesses,
                                std::vector<Report>& reports) const {
   const std::optional<TimeNs> lasted = accesses.Lasted();
-  if (!lasted || !answered_ || *lasted < (assigned_ ? threshold::kLookingNs : threshold::kStationNs)) return;
-  if (assigned_ && accesses.count < threshold::kLookingAccesses) return;
+  if (!lasted || !answered_) return;
+  const bool looks = *lasted < (assigned_ ? threshold::kLookingNs : threshold::kStationNs) ||
+                     (assigned_ && accesses.count < threshold::kLookingAccesses);
+  // A master that looks for slaves reads. It writes to those that it takes for present.
+  const bool writes = assigned_ && accesses.writes > 0;
+  if (looks && !writes) return;
   Finding finding = Found(kNoSlaveThere, kNoSlave, accesses.first);
   finding.last = accesses.last;
   if (!assigned_) finding.confidence = Confidence::kInferred;
@@ -74,7 +83,9 @@ void MissingSlaves::AddStation(StationAddress station, const UnansweredAddresses
       .Set("register", arg::Hex(accesses.address))
       .Set("accesses", arg::Count(accesses.count, "time"))
       .Set("assigned", arg::Flag(assigned_));
-  reports.push_back({0x2000000000000000ULL | station, assigned_ ? Severity::kError : Severity::kWarning, finding});
+  if (writes) finding.Set("written_register", arg::Hex(accesses.written));
+  const Severity severity = assigned_ && !looks ? Severity::kError : Severity::kWarning;
+  reports.push_back({0x2000000000000000ULL | station, severity, finding});
 }
 
 void MissingSlaves::AddPosition(std::uint32_t position, const UnansweredAddresses::Accesses& accesses,

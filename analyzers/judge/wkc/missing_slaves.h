@@ -6,10 +6,13 @@
 
 #include "analyzers/judge/unanswered_addresses.h"
 #include "analyzers/result/finding.h"
+#include "decoder/base/ids.h"
 #include "decoder/track/events.h"
 
 namespace ecaudit::wkc {
 
+/// The last register that EveryEscAnswers() is about: AL Status.
+inline constexpr EscAddress kLastOfEveryEsc = 0x0130;
 /// Registers that no ESC lacks and that can always be read: type to features, station address, DL and AL status.
 [[nodiscard]] bool EveryEscAnswers(EscAddress address, std::uint16_t length);
 

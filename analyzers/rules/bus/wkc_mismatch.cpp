@@ -81,7 +81,8 @@ count. Outside that range the rule fires, and names the slaves whose share is mi
 - If the capture shows no assignment of addresses, a station address that the master accesses for at least half a second
   is an inferred warning. It never answers, and other slaves do.
 - A station address that the master did not assign, though it assigned others, is an error after at least 10 accesses
-  in at least 1 s. All return with working counter 0.
+  in at least 1 s. All return with working counter 0. One whose registers it writes is a warning from the first access
+  on: a master that looks for slaves reads.
 - A position after the last slave is a warning after at least 10 accesses in at least 1 s. A master that looks for new
   slaves at most 4 times a second is not reported.
 
@@ -93,14 +94,11 @@ If slaves are named, check their AL status and power. If the number of slaves ch
 answers is broken. If a share of 2 is missing from one slave, it did not accept its outputs: their sync manager is off.
 )"};
 
-/// The last register that EveryEscAnswers() is about: AL Status.
-constexpr EscAddress kLastAlwaysThere = 0x0130;
-
 class WkcMismatch final : public Rule {
  public:
   WkcMismatch() : Rule(kInfo) {
     Subscribe<track::LogicalAccess>(&WkcMismatch::On);
-    Subscribe<track::Answered>(&WkcMismatch::On, MemoryRange{0, kLastAlwaysThere});
+    Subscribe<track::Answered>(&WkcMismatch::On, MemoryRange{0, wkc::kLastOfEveryEsc});
     Subscribe<track::Answered>(&WkcMismatch::OnAnyRegister);
     Subscribe<track::AlRequest>(&WkcMismatch::On);
     Subscribe<track::SlaveFound>(&WkcMismatch::On, Stage::kAfterModel);
