@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdio>
 #include <optional>
-#include <string>
 #include <string_view>
 
 #include "cli/exit_status.h"

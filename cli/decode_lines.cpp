@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
-#include <utility>
 
 #include "cli/interrupt.h"
 #include "cli/stream/datagram_text.h"

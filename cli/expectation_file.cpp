@@ -5,9 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <initializer_list>
-#include <limits>
 #include <string_view>
 #include <utility>
 

@@ -1,7 +1,5 @@
 #include "analyzers/collect/event_collector.h"
 
-#include <array>
-
 #include "decoder/device/event_names.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_text.h"

@@ -1,7 +1,5 @@
 #include "analyzers/collect/mailbox_settings.h"
 
-#include <utility>
-
 #include "decoder/mailbox/aoe.h"
 #include "decoder/mailbox/soe.h"
 

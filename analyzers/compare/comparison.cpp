@@ -10,8 +10,6 @@
 #include "analyzers/compare/startup_registers.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/result/further_startups.h"
-#include "analyzers/words/step_text.h"
-#include "decoder/base/text.h"
 #include "decoder/base/time.h"
 #include "decoder/esc/al.h"
 

@@ -1,7 +1,6 @@
 #include "analyzers/compare/esi_demands.h"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <optional>
 #include <set>

@@ -1,6 +1,5 @@
 #include "analyzers/judge/axis_lead.h"
 
-#include <optional>
 #include <string>
 #include <utility>
 

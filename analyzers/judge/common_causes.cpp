@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <variant>
 
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/rule_context.h"

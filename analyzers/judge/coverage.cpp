@@ -5,7 +5,6 @@
 #include <functional>
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -19,7 +18,6 @@
 #include "analyzers/options/options.h"
 #include "analyzers/sync/sync_model.h"
 #include "analyzers/words/what.h"
-#include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 #include "decoder/track/network.h"
 

@@ -4,7 +4,6 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/what.h"
-#include "decoder/base/text.h"
 
 namespace ecaudit {
 

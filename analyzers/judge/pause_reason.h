@@ -2,7 +2,6 @@
 /// capture. Where they are known, sync-watchdog-margin measures the outputs of the slave itself.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 
 #include "analyzers/judge/rule_context.h"

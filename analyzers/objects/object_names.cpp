@@ -1,8 +1,5 @@
 #include "analyzers/objects/object_names.h"
 
-#include <algorithm>
-#include <vector>
-
 #include "analyzers/objects/relatives.h"
 #include "decoder/base/text.h"
 #include "decoder/device/profile_registry.h"

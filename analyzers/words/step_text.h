@@ -1,7 +1,6 @@
 /// Words for the steps of a start-up, from what the slave, its family and the standard call things.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <utility>
 

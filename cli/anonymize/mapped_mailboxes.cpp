@@ -1,6 +1,5 @@
 #include "cli/anonymize/mapped_mailboxes.h"
 
-#include <algorithm>
 #include <span>
 
 #include "decoder/wire/command.h"

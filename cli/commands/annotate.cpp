@@ -1,6 +1,5 @@
 /// `ecaudit annotate`: the whole capture with the findings as packet comments.
 #include <memory>
-#include <string>
 
 #include "cli/commands/command.h"
 #include "cli/copy/copy_run.h"

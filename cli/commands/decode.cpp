@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "analyzers/model/bus_model.h"

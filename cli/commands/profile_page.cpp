@@ -1,7 +1,5 @@
 #include "cli/commands/profile_page.h"
 
-#include <algorithm>
-#include <functional>
 #include <set>
 #include <string_view>
 #include <vector>

@@ -2,7 +2,6 @@
 
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "cli/commands/profile_rows.h"
 #include "decoder/base/text.h"

@@ -1,5 +1,4 @@
 /// `ecaudit rules`: the catalogue.
-#include <optional>
 #include <string>
 #include <string_view>
 

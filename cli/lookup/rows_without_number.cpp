@@ -1,6 +1,5 @@
 #include "cli/lookup/rows_without_number.h"
 
-#include <optional>
 #include <string_view>
 #include <utility>
 

@@ -1,7 +1,6 @@
 /// All commands with their options, as their help has them: what man pages and completion are made of.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>

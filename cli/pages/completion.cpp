@@ -1,5 +1,4 @@
 /// Completion scripts. They hold all they offer, so that a key press starts no program.
-#include <algorithm>
 
 #include "cli/pages/command_table.h"
 

@@ -3,7 +3,6 @@
 #include <functional>
 #include <map>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "cli/report/layout.h"

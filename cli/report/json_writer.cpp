@@ -1,9 +1,7 @@
 #include "cli/report/json_writer.h"
 
-#include <optional>
 #include <string>
 #include <string_view>
-#include <variant>
 
 #include "analyzers/result/every_slave.h"
 #include "cli/report/alike_steps.h"

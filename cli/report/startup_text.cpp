@@ -1,15 +1,12 @@
 #include "cli/report/startup_text.h"
 
 #include <algorithm>
-#include <array>
 #include <span>
-#include <vector>
 
 #include "analyzers/result/further_startups.h"
 #include "cli/report/esi_text.h"
 #include "cli/report/layout.h"
 #include "cli/report/progress_text.h"
-#include "cli/report/times.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 

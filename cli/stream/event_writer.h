@@ -7,10 +7,8 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "analyzers/model/bus_model.h"
-#include "analyzers/objects/object_names.h"
 #include "cli/stream/eeprom_lines.h"
 #include "cli/stream/event_output.h"
 #include "cli/stream/stream_formats.h"

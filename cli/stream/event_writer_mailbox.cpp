@@ -1,5 +1,4 @@
 /// Mailbox messages and what they add up to.
-#include <array>
 #include <type_traits>
 #include <variant>
 

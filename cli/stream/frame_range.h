@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <string_view>
 
 #include "analyzers/options/options.h"
 #include "decoder/base/ids.h"

@@ -7,7 +7,6 @@
 
 #include "cli/interrupt.h"
 #include "decoder/base/system/files.h"
-#include "decoder/base/text.h"
 #include "decoder/bus/aligned_source.h"
 #include "decoder/capture/byte_reader.h"
 #include "decoder/capture/capture_reader.h"

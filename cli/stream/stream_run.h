@@ -1,7 +1,6 @@
 /// What `decode`, `events` and `signals` share: one capture, its range, and lines that leave while it is read.
 #pragma once
 
-#include <atomic>
 #include <optional>
 #include <span>
 #include <string>

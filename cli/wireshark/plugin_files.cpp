@@ -1,7 +1,6 @@
 #include "cli/wireshark/plugin_files.h"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <filesystem>
 #include <fstream>

@@ -1,7 +1,6 @@
 #include "decoder/base/json_places.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace ecaudit {
 namespace {

@@ -1,6 +1,5 @@
 #include "decoder/base/regular_file.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <span>
 

@@ -1,7 +1,6 @@
 #include "decoder/device/device_description.h"
 
 #include <algorithm>
-#include <tuple>
 
 namespace ecaudit::device {
 

@@ -1,7 +1,5 @@
 #include "decoder/device/emergency_codes.h"
 
-#include <algorithm>
-
 namespace ecaudit::device {
 
 const EmergencyCode* EmergencyTable::Find(std::uint16_t code) const {

@@ -1,6 +1,5 @@
 /// Reads the section "al" of a profile.
 #include <algorithm>
-#include <utility>
 
 #include "decoder/base/sort_by_key.h"
 #include "decoder/base/text.h"

@@ -7,7 +7,6 @@
 
 #include "decoder/base/json.h"
 #include "decoder/base/json_places.h"
-#include "decoder/base/text.h"
 #include "decoder/device/profile_consistency.h"
 
 namespace ecaudit::device {

@@ -8,7 +8,6 @@
 #include <optional>
 #include <set>
 #include <string_view>
-#include <utility>
 
 #include "decoder/base/text.h"
 #include "decoder/device/source_documents.h"

@@ -1,7 +1,5 @@
 /// Reads the section "mailbox" of a profile.
-#include <algorithm>
 
-#include "decoder/base/text.h"
 #include "decoder/device/profile_sections.h"
 
 namespace ecaudit::device {

@@ -1,5 +1,4 @@
 /// Reads the sections "latch" and "sync" of a profile.
-#include <algorithm>
 
 #include "decoder/base/text.h"
 #include "decoder/device/profile_sections.h"

@@ -1,7 +1,5 @@
 #include "decoder/device/profile_reader.h"
 
-#include <utility>
-
 #include "decoder/base/text.h"
 #include "decoder/device/profile_registry.h"
 #include "decoder/device/profile_sections.h"

@@ -1,7 +1,6 @@
 #include "decoder/esc/sii.h"
 
 #include <algorithm>
-#include <span>
 
 #include "decoder/base/text.h"
 

@@ -7,12 +7,9 @@
 /// Source: ETG.1000.6 5.7; esc-reference 8.6.
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "decoder/base/bytes.h"
 #include "decoder/base/event_sink.h"

@@ -1,4 +1,3 @@
-#include <algorithm>
 
 #include "decoder/mailbox/aoe.h"
 #include "decoder/mailbox/coe.h"

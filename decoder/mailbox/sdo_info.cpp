@@ -1,7 +1,5 @@
 #include "decoder/mailbox/sdo_info.h"
 
-#include <algorithm>
-
 namespace ecaudit::mailbox {
 namespace {
 

@@ -1,7 +1,5 @@
 #include "decoder/mailbox/sdo_transfer.h"
 
-#include <algorithm>
-
 namespace ecaudit::mailbox {
 namespace {
 

@@ -1,7 +1,5 @@
 #include "decoder/mailbox/soe_reassembler.h"
 
-#include <algorithm>
-
 namespace ecaudit::mailbox {
 
 void SoeReassembler::OnMessage(const MailboxMessage& message, const FrameRef& request, EventSink& sink) {

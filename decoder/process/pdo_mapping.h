@@ -6,7 +6,6 @@
 /// Source: ETG.1000.6 5.6.7.4; esc-reference 9.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>

@@ -1,6 +1,5 @@
 #include "decoder/track/network.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "decoder/esc/register_addresses.h"

@@ -13,7 +13,6 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
-#include "decoder/esc/register_addresses.h"
 #include "decoder/esc/sii.h"
 #include "decoder/track/network.h"
 

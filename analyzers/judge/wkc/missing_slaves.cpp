@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <utility>
 
 #include "analyzers/judge/wkc/kinds.h"
 #include "analyzers/judge/wkc/thresholds.h"

@@ -7,7 +7,6 @@
 #include <cstdint>
 
 #include "decoder/base/ids.h"
-#include "decoder/base/time.h"
 
 namespace ecaudit::wkc::threshold {
 

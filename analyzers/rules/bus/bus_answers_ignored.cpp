@@ -6,7 +6,6 @@
 #include "analyzers/judge/rule_context.h"
 #include "decoder/base/time.h"
 #include "decoder/bus/direction.h"
-#include "decoder/esc/register_addresses.h"
 #include "decoder/pipeline.h"
 
 namespace ecaudit::bus_answers_ignored {

@@ -3,7 +3,6 @@
 #include <bitset>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"

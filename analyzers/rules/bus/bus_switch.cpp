@@ -1,7 +1,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <utility>
 
 #include "analyzers/judge/rule.h"

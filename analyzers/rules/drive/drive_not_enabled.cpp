@@ -1,7 +1,6 @@
 #include <array>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "analyzers/judge/axis_rule.h"
 #include "analyzers/judge/rule_context.h"

@@ -1,7 +1,5 @@
 #include <cstdint>
 #include <map>
-#include <string>
-#include <string_view>
 #include <tuple>
 #include <utility>
 

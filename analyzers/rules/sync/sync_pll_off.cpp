@@ -2,12 +2,10 @@
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
-#include "analyzers/judge/sync_text.h"
 #include "analyzers/model/drive_parameters.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
-#include "analyzers/words/al_text.h"
 
 namespace ecaudit::sync_pll_off {
 namespace {
