@@ -6,6 +6,7 @@
 #include "decoder/base/text.h"
 #include "decoder/device/description_file.h"
 #include "decoder/device/xml_cursor.h"
+#include "decoder/device/xml_parts.h"
 #include "decoder/esc/register_addresses.h"
 
 namespace ecaudit::device {
@@ -28,104 +29,60 @@ class EniParser {
 
   Result<EniConfig> Parse() {
     xml_.EnterRoot("EtherCATConfig");
-    while (xml_.NextChild()) {
-      if (xml_.name() == "Config") {
-        ReadConfig();
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({{"Config", [this] { ReadConfig(); }}});
     if (xml_.failed()) return xml_.error();
     return std::move(config_);
   }
 
  private:
   void ReadConfig() {
-    while (xml_.NextChild()) {
-      const std::string& name = xml_.name();
-      if (name == "Master") {
-        ReadMaster();
-      } else if (name == "Slave") {
-        ReadSlave();
-      } else if (name == "Cyclic") {
-        ReadCyclic();
-      } else if (name == "ProcessImage") {
-        ReadProcessImage();
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"Master", [this] { ReadMaster(); }},
+        {"Slave", [this] { ReadSlave(); }},
+        {"Cyclic", [this] { ReadCyclic(); }},
+        {"ProcessImage", [this] { ReadProcessImage(); }},
+    });
   }
 
   void ReadMaster() {
-    while (xml_.NextChild()) {
-      if (xml_.name() == "Info") {
-        while (xml_.NextChild()) {
-          if (xml_.name() == "Name") {
-            config_.master_name = xml_.Label();
-          } else {
-            xml_.Skip();
-          }
-        }
-      } else if (xml_.name() == "InitCmds") {
-        ReadInitCommands(config_.master_init_commands);
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"Info",
+         [this] {
+           xml_.Children({{"Name", config_.master_name}});
+         }},
+        {"InitCmds", [this] { ReadInitCommands(config_.master_init_commands); }},
+    });
   }
 
   void ReadSlave() {
     if (config_.slaves.size() >= kMaxSlaves) return xml_.Fail("more than " + Grouped(kMaxSlaves) + " slaves");
     EniSlave& slave = config_.slaves.emplace_back();
-    while (xml_.NextChild()) {
-      const std::string& name = xml_.name();
-      if (name == "Info") {
-        ReadInfo(slave);
-      } else if (name == "ProcessData") {
-        ReadProcessData(slave);
-      } else if (name == "Mailbox") {
-        ReadMailbox(slave);
-      } else if (name == "InitCmds") {
-        ReadInitCommands(slave.init_commands);
-      } else if (name == "DC") {
-        ReadDc(slave.dc.emplace());
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"Info", [&] { ReadInfo(slave); }},
+        {"ProcessData", [&] { ReadProcessData(slave); }},
+        {"Mailbox", [&] { ReadMailbox(slave); }},
+        {"InitCmds", [&] { ReadInitCommands(slave.init_commands); }},
+        {"DC", [&] { ReadDc(slave.dc.emplace()); }},
+    });
   }
 
   void ReadInfo(EniSlave& slave) {
-    while (xml_.NextChild()) {
-      const std::string& name = xml_.name();
-      if (name == "Name") {
-        slave.name = xml_.Label();
-      } else if (name == "PhysAddr") {
-        slave.station_address = xml_.Number<std::uint16_t>();
-      } else if (name == "AutoIncAddr") {
-        // Some tools write -1 for 0xFFFF.
-        slave.auto_increment = static_cast<std::uint16_t>(Ranged(-0x8000, 0xFFFF));
-      } else if (name == "VendorId") {
-        slave.vendor_id = xml_.Number<std::uint32_t>();
-      } else if (name == "ProductCode") {
-        slave.product_code = xml_.Number<std::uint32_t>();
-      } else if (name == "RevisionNo") {
-        slave.revision = xml_.Number<std::uint32_t>();
-      } else if (name == "SerialNo") {
-        slave.serial = xml_.Number<std::uint32_t>();
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"Name", slave.name},
+        {"PhysAddr", slave.station_address},
+        {"AutoIncAddr", [&] { slave.auto_increment = AutoIncrement(); }},
+        {"VendorId", slave.vendor_id},
+        {"ProductCode", slave.product_code},
+        {"RevisionNo", slave.revision},
+        {"SerialNo", slave.serial},
+    });
   }
 
-  std::int32_t Ranged(std::int32_t min, std::int32_t max) {
+  /// Some tools write -1 for 0xFFFF.
+  std::uint16_t AutoIncrement() {
     const auto value = xml_.Number<std::int32_t>();
-    if (value < min || value > max) {
-      xml_.Fail(std::to_string(value) + " is outside " + std::to_string(min) + " to " + std::to_string(max));
-    }
-    return value;
+    if (value < -0x8000 || value > 0xFFFF) xml_.Fail(std::to_string(value) + " is outside -32768 to 65535");
+    return static_cast<std::uint16_t>(value);
   }
 
   void ReadProcessData(EniSlave& slave) {
@@ -157,15 +114,7 @@ class EniParser {
 
   EniImagePart ReadImagePart() {
     EniImagePart part;
-    while (xml_.NextChild()) {
-      if (xml_.name() == "BitStart") {
-        part.bit_start = xml_.Number<std::uint32_t>();
-      } else if (xml_.name() == "BitLength") {
-        part.bit_length = xml_.Number<std::uint32_t>();
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({{"BitStart", part.bit_start}, {"BitLength", part.bit_length}});
     return part;
   }
 
@@ -178,130 +127,65 @@ class EniParser {
     if (!digits.empty() && digits.size() <= 2) rule.number = static_cast<std::uint8_t>(std::stoi(digits));
     rule.source = kEniSource;
     std::vector<std::uint16_t> assigned;
-    while (xml_.NextChild()) {
-      const std::string& name = xml_.name();
-      if (name == "Type") {
-        const std::string type = xml_.Text();
-        rule.use = type == "MBoxOut"   ? SyncManagerUse::kMailboxOut
-                   : type == "MBoxIn"  ? SyncManagerUse::kMailboxIn
-                   : type == "Outputs" ? SyncManagerUse::kProcessOut
-                   : type == "Inputs"  ? SyncManagerUse::kProcessIn
-                                       : SyncManagerUse::kUnused;
-      } else if (name == "StartAddress") {
-        rule.start = xml_.Number<std::uint16_t>();
-      } else if (name == "DefaultSize") {
-        rule.lengths.push_back(xml_.Number<std::uint32_t>());
-        CountRow();
-      } else if (name == "MaxSize") {
-        rule.max_length = xml_.Number<std::uint32_t>();
-      } else if (name == "ControlByte") {
-        rule.control = xml_.Number<std::uint8_t>();
-      } else if (name == "Pdo") {
-        assigned.push_back(xml_.Number<std::uint16_t>());
-        CountRow();
-      } else {
-        xml_.Skip();
-      }
-    }
-    rule.mailbox_mode = rule.use == SyncManagerUse::kMailboxOut || rule.use == SyncManagerUse::kMailboxIn;
-    rule.master_writes = rule.use == SyncManagerUse::kMailboxOut || rule.use == SyncManagerUse::kProcessOut;
+    std::string use;
+    xml_.Children({
+        {"Type", [&] { use = xml_.Text(); }},
+        {"StartAddress", rule.start},
+        {"DefaultSize", [&] { Add(rule.lengths, xml_.Number<std::uint32_t>()); }},
+        {"MaxSize", rule.max_length},
+        {"ControlByte", rule.control},
+        {"Pdo", [&] { Add(assigned, xml_.Number<std::uint16_t>()); }},
+    });
+    SetUse(rule, use);
     for (const std::uint16_t index : assigned) assigned_.push_back({index, rule.number});
     slave.sync_managers.push_back(std::move(rule));
   }
 
   void ReadPdo(PdoDirection direction, EniSlave& slave) {
-    PdoContent content;
-    content.direction = direction;
-    content.fixed = xml_.Flag("Fixed");
-    content.mandatory = xml_.Flag("Mandatory");
-    content.sync_manager = xml_.NumberAttribute<std::uint8_t>("Sm");
-    content.source = kEniSource;
-    while (xml_.NextChild()) {
-      const std::string& name = xml_.name();
-      if (name == "Index") {
-        content.index = xml_.Number<std::uint16_t>();
-      } else if (name == "Name") {
-        content.name = xml_.Label();
-      } else if (name == "Exclude") {
-        content.excludes.push_back(xml_.Number<std::uint16_t>());
-        CountRow();
-      } else if (name == "Entry") {
-        PdoEntry entry;
-        while (xml_.NextChild()) {
-          if (xml_.name() == "Index") {
-            entry.index = xml_.Number<std::uint16_t>();
-          } else if (xml_.name() == "SubIndex") {
-            entry.subindex = xml_.Number<std::uint8_t>();
-          } else if (xml_.name() == "BitLen") {
-            entry.bits = xml_.Number<std::uint16_t>();
-          } else if (xml_.name() == "Name") {
-            entry.name = xml_.Label();
-          } else if (xml_.name() == "DataType") {
-            entry.type = DataTypeFromName(xml_.Text());
-          } else {
-            xml_.Skip();
-          }
-        }
-        content.entries.push_back(std::move(entry));
-        CountRow();
-      } else {
-        xml_.Skip();
-      }
-    }
+    PdoContent content = PdoOfAttributes(xml_, direction, kEniSource);
+    xml_.Children({
+        {"Index", content.index},
+        {"Name", content.name},
+        {"Exclude", [&] { Add(content.excludes, xml_.Number<std::uint16_t>()); }},
+        {"Entry", [&] { Add(content.entries, ReadPdoEntry()); }},
+    });
     slave.pdos.push_back(std::move(content));
+  }
+
+  PdoEntry ReadPdoEntry() {
+    PdoEntry entry;
+    xml_.Children({
+        {"Index", entry.index},
+        {"SubIndex", entry.subindex},
+        {"BitLen", entry.bits},
+        {"Name", entry.name},
+        {"DataType", [&] { entry.type = DataTypeFromName(xml_.Text()); }},
+    });
+    return entry;
   }
 
   void ReadMailbox(EniSlave& slave) {
     EniMailbox& mailbox = slave.mailbox.emplace();
-    while (xml_.NextChild()) {
-      const std::string& name = xml_.name();
-      if (name == "Send") {
-        ReadMailboxWindow(mailbox, mailbox.send_start, mailbox.send_length);
-      } else if (name == "Recv") {
-        ReadMailboxWindow(mailbox, mailbox.receive_start, mailbox.receive_length);
-      } else if (name == "Protocol") {
-        mailbox.protocols.push_back(xml_.Text());
-        CountRow();
-      } else if (name == "CoE") {
-        ReadCoe(slave);
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"Send", [&] { ReadMailboxWindow(mailbox, mailbox.send_start, mailbox.send_length); }},
+        {"Recv", [&] { ReadMailboxWindow(mailbox, mailbox.receive_start, mailbox.receive_length); }},
+        {"Protocol", [&] { Add(mailbox.protocols, xml_.Text()); }},
+        {"CoE", [&] { ReadCoe(slave); }},
+    });
   }
 
   void ReadMailboxWindow(EniMailbox& mailbox, std::uint16_t& start, std::uint16_t& length) {
-    while (xml_.NextChild()) {
-      const std::string& name = xml_.name();
-      if (name == "Start") {
-        start = xml_.Number<std::uint16_t>();
-      } else if (name == "Length") {
-        length = xml_.Number<std::uint16_t>();
-      } else if (name == "PollTime") {
-        mailbox.poll_time = TimeNs{xml_.Number<std::int32_t>()} * 1'000'000;  // milliseconds
-      } else if (name == "StatusBitAddr") {
-        mailbox.status_bit = xml_.Number<std::uint32_t>();
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"Start", start},
+        {"Length", length},
+        {"PollTime", [&] { mailbox.poll_time = xml_.Milliseconds(); }},
+        {"StatusBitAddr", mailbox.status_bit},
+    });
   }
 
   void ReadCoe(EniSlave& slave) {
-    while (xml_.NextChild()) {
-      if (xml_.name() != "InitCmds") {
-        xml_.Skip();
-        continue;
-      }
-      while (xml_.NextChild()) {
-        if (xml_.name() == "InitCmd") {
-          slave.sdo_commands.push_back(ReadSdoCommand());
-          CountRow();
-        } else {
-          xml_.Skip();
-        }
-      }
-    }
+    const auto read_command = [&] { Add(slave.sdo_commands, ReadSdoCommand()); };
+    xml_.Children({{"InitCmds", [&] { xml_.Children({{"InitCmd", read_command}}); }}});
   }
 
   EniSdoCommand ReadSdoCommand() {
@@ -309,42 +193,21 @@ class EniParser {
     command.line = xml_.line();
     command.fixed = xml_.Flag("Fixed");
     command.complete_access = xml_.Flag("CompleteAccess");
-    while (xml_.NextChild()) {
-      const std::string& name = xml_.name();
-      if (name == "Transition") {
-        command.transitions.push_back(xml_.Text());
-        CountRow();
-      } else if (name == "Comment") {
-        command.comment = xml_.Label();
-      } else if (name == "Timeout") {
-        command.timeout = TimeNs{xml_.Number<std::int32_t>()} * 1'000'000;  // milliseconds
-      } else if (name == "Ccs") {
-        command.upload = xml_.Number<std::uint8_t>() == 2;
-      } else if (name == "Index") {
-        command.index = xml_.Number<std::uint16_t>();
-      } else if (name == "SubIndex") {
-        command.subindex = xml_.Number<std::uint8_t>();
-      } else if (name == "Data") {
-        command.data = xml_.Bytes();
-      } else if (name == "Disabled") {
-        const std::string text = xml_.Text();
-        command.disabled = text == "1" || text == "true";
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"Transition", [&] { Add(command.transitions, xml_.Text()); }},
+        {"Comment", command.comment},
+        {"Timeout", [&] { command.timeout = xml_.Milliseconds(); }},
+        {"Ccs", [&] { command.upload = xml_.Number<std::uint8_t>() == 2; }},
+        {"Index", command.index},
+        {"SubIndex", command.subindex},
+        {"Data", command.data},
+        {"Disabled", command.disabled},
+    });
     return command;
   }
 
   void ReadInitCommands(std::vector<EniInitCommand>& commands) {
-    while (xml_.NextChild()) {
-      if (xml_.name() == "InitCmd") {
-        commands.push_back(ReadInitCommand());
-        CountRow();
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({{"InitCmd", [&] { Add(commands, ReadInitCommand()); }}});
   }
 
   wire::Command ReadCommand() {
@@ -353,191 +216,119 @@ class EniParser {
     return static_cast<wire::Command>(number);
   }
 
-  /// What initialisation and cyclic commands have in common. False: `name` is nothing of that, and was not read.
-  template <typename C>
-  bool ReadField(const std::string& name, C& command) {
-    if (name == "Comment") {
-      command.comment = xml_.Label();
-    } else if (name == "Cmd") {
-      command.command = ReadCommand();
-    } else if (name == "Adp") {
-      command.adp = static_cast<std::uint16_t>(Ranged(-0x8000, 0xFFFF));
-    } else if (name == "Ado") {
-      command.ado = xml_.Number<std::uint16_t>();
-    } else if (name == "Addr") {
-      command.logical = xml_.Number<std::uint32_t>();
-    } else if (name == "DataLength") {
-      command.data_length = xml_.Number<std::uint32_t>();
-    } else if (name == "Cnt") {
-      command.expected_wkc = xml_.Number<std::uint16_t>();
-    } else {
-      return false;
-    }
-    return true;
-  }
-
   EniInitCommand ReadInitCommand() {
     EniInitCommand command;
     command.line = xml_.line();
-    while (xml_.NextChild()) {
-      const std::string& name = xml_.name();
-      if (name == "Transition") {
-        command.transitions.push_back(xml_.Text());
-        CountRow();
-      } else if (name == "BeforeSlave") {
-        const std::string text = xml_.Text();
-        command.before_slave = text == "1" || text == "true";
-      } else if (name == "Data") {
-        command.data = xml_.Bytes();
-      } else if (name == "Retries") {
-        command.retries = xml_.Number<std::uint32_t>();
-      } else if (name == "Validate") {
-        while (xml_.NextChild()) {
-          if (xml_.name() == "Data") {
-            command.validate_data = xml_.Bytes();
-          } else if (xml_.name() == "DataMask") {
-            command.validate_mask = xml_.Bytes();
-          } else if (xml_.name() == "Timeout") {
-            command.validate_timeout = TimeNs{xml_.Number<std::int32_t>()} * 1'000'000;  // milliseconds
-          } else {
-            xml_.Skip();
-          }
-        }
-      } else if (!ReadField(name, command)) {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"Transition", [&] { Add(command.transitions, xml_.Text()); }},
+        {"BeforeSlave", command.before_slave},
+        {"Comment", command.comment},
+        {"Cmd", [&] { command.command = ReadCommand(); }},
+        {"Adp", [&] { command.adp = AutoIncrement(); }},
+        {"Ado", command.ado},
+        {"Addr", command.logical},
+        {"Data", command.data},
+        {"DataLength", command.data_length},
+        {"Cnt", command.expected_wkc},
+        {"Retries", command.retries},
+        {"Validate", [&] { ReadValidation(command); }},
+    });
     if (command.data_length == 0) command.data_length = static_cast<std::uint32_t>(command.data.size());
     return command;
   }
 
+  void ReadValidation(EniInitCommand& command) {
+    xml_.Children({
+        {"Data", command.validate_data},
+        {"DataMask", command.validate_mask},
+        {"Timeout", [&] { command.validate_timeout = xml_.Milliseconds(); }},
+    });
+  }
+
   void ReadDc(EniDc& dc) {
-    while (xml_.NextChild()) {
-      const std::string& name = xml_.name();
-      if (name == "PotentialReferenceClock" || name == "ReferenceClock") {
-        bool& flag = name == "ReferenceClock" ? dc.reference : dc.potential_reference;
-        const std::string text = xml_.Text();
-        flag = text == "1" || text == "true";
-      } else if (name == "CycleTime0") {
-        dc.cycle0 = xml_.Number<std::int64_t>();
-      } else if (name == "CycleTime1") {
-        dc.cycle1 = xml_.Number<std::int64_t>();
-      } else if (name == "ShiftTime") {
-        dc.shift = xml_.Number<std::int64_t>();
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"PotentialReferenceClock", dc.potential_reference},
+        {"ReferenceClock", dc.reference},
+        {"CycleTime0", dc.cycle0},
+        {"CycleTime1", dc.cycle1},
+        {"ShiftTime", dc.shift},
+    });
   }
 
   void ReadCyclic() {
     EniCyclicTask& task = config_.cyclic.emplace_back();
     CountRow();
-    while (xml_.NextChild()) {
-      if (xml_.name() == "CycleTime") {
-        task.cycle = TimeNs{xml_.Number<std::int32_t>()} * 1'000;  // microseconds
-      } else if (xml_.name() == "Frame") {
-        EniCyclicFrame& frame = task.frames.emplace_back();
-        CountRow();
-        while (xml_.NextChild()) {
-          if (xml_.name() == "Comment") {
-            frame.comment = xml_.Label();
-          } else if (xml_.name() == "Cmd") {
-            frame.commands.push_back(ReadCyclicCommand());
-            CountRow();
-          } else {
-            xml_.Skip();
-          }
-        }
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"CycleTime", [&] { task.cycle = TimeNs{xml_.Number<std::int32_t>()} * 1'000; }},  // microseconds
+        {"Frame", [&] { ReadCyclicFrame(task.frames.emplace_back()); }},
+    });
+  }
+
+  void ReadCyclicFrame(EniCyclicFrame& frame) {
+    CountRow();
+    xml_.Children({
+        {"Comment", frame.comment},
+        {"Cmd", [&] { Add(frame.commands, ReadCyclicCommand()); }},
+    });
   }
 
   EniCyclicCommand ReadCyclicCommand() {
     EniCyclicCommand command;
-    while (xml_.NextChild()) {
-      const std::string& name = xml_.name();
-      if (name == "State") {
-        command.states.push_back(xml_.Text());
-        CountRow();
-      } else if (name == "Data") {
-        command.data_length = static_cast<std::uint32_t>(xml_.Bytes().size());
-      } else if (name == "InputOffs") {
-        command.input_offset = xml_.Number<std::uint32_t>();
-      } else if (name == "OutputOffs") {
-        command.output_offset = xml_.Number<std::uint32_t>();
-      } else if (name == "CopyInfos") {
-        ReadCopies(command.copies);
-      } else if (!ReadField(name, command)) {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"State", [&] { Add(command.states, xml_.Text()); }},
+        {"Comment", command.comment},
+        {"Cmd", [&] { command.command = ReadCommand(); }},
+        {"Adp", [&] { command.adp = AutoIncrement(); }},
+        {"Ado", command.ado},
+        {"Addr", command.logical},
+        {"Data", [&] { command.data_length = static_cast<std::uint32_t>(xml_.Bytes().size()); }},
+        {"DataLength", command.data_length},
+        {"Cnt", command.expected_wkc},
+        {"InputOffs", command.input_offset},
+        {"OutputOffs", command.output_offset},
+        {"CopyInfos", [&] { ReadCopies(command.copies); }},
+    });
     return command;
   }
 
   void ReadCopies(std::vector<EniCopy>& copies) {
-    while (xml_.NextChild()) {
-      if (xml_.name() != "CopyInfo") {
-        xml_.Skip();
-        continue;
-      }
+    const auto read_copy = [&] {
       EniCopy& copy = copies.emplace_back();
       CountRow();
-      while (xml_.NextChild()) {
-        if (xml_.name() == "SrcBitOffs") {
-          copy.from_bit = xml_.Number<std::uint32_t>();
-        } else if (xml_.name() == "DstBitOffs") {
-          copy.to_bit = xml_.Number<std::uint32_t>();
-        } else if (xml_.name() == "BitSize") {
-          copy.bits = xml_.Number<std::uint32_t>();
-        } else {
-          xml_.Skip();
-        }
-      }
-    }
+      xml_.Children({{"SrcBitOffs", copy.from_bit}, {"DstBitOffs", copy.to_bit}, {"BitSize", copy.bits}});
+    };
+    xml_.Children({{"CopyInfo", read_copy}});
   }
 
   void ReadProcessImage() {
-    while (xml_.NextChild()) {
-      if (xml_.name() == "Inputs") {
-        ReadImage(config_.inputs);
-      } else if (xml_.name() == "Outputs") {
-        ReadImage(config_.outputs);
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"Inputs", [this] { ReadImage(config_.inputs); }},
+        {"Outputs", [this] { ReadImage(config_.outputs); }},
+    });
   }
 
   void ReadImage(EniImage& image) {
-    while (xml_.NextChild()) {
-      if (xml_.name() == "ByteSize") {
-        image.byte_size = xml_.Number<std::uint32_t>();
-      } else if (xml_.name() == "Variable") {
-        EniVariable& variable = image.variables.emplace_back();
-        CountRow();
-        while (xml_.NextChild()) {
-          const std::string& name = xml_.name();
-          if (name == "Name") {
-            variable.name = xml_.Label();
-          } else if (name == "Comment") {
-            variable.comment = xml_.Label();
-          } else if (name == "DataType") {
-            variable.data_type = xml_.Label();
-          } else if (name == "BitSize") {
-            variable.bit_size = xml_.Number<std::uint32_t>();
-          } else if (name == "BitOffs") {
-            variable.bit_offset = xml_.Number<std::uint32_t>();
-          } else {
-            xml_.Skip();
-          }
-        }
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"ByteSize", image.byte_size},
+        {"Variable", [&] { ReadVariable(image.variables.emplace_back()); }},
+    });
+  }
+
+  void ReadVariable(EniVariable& variable) {
+    CountRow();
+    xml_.Children({
+        {"Name", variable.name},
+        {"Comment", variable.comment},
+        {"DataType", variable.data_type},
+        {"BitSize", variable.bit_size},
+        {"BitOffs", variable.bit_offset},
+    });
+  }
+
+  template <typename T>
+  void Add(std::vector<T>& list, T item) {
+    list.push_back(std::move(item));
+    CountRow();
   }
 
   void CountRow() {
@@ -563,9 +354,8 @@ std::optional<SlavePos> EniSlave::position() const {
 }
 
 const EniVariable* EniImage::Find(std::uint32_t bit, std::uint32_t bits) const {
-  const auto found = std::find_if(variables.begin(), variables.end(), [&](const EniVariable& variable) {
-    return variable.bit_offset == bit && variable.bit_size == bits;
-  });
+  const auto found = std::ranges::find_if(
+      variables, [&](const EniVariable& variable) { return variable.bit_offset == bit && variable.bit_size == bits; });
   return found == variables.end() ? nullptr : &*found;
 }
 
@@ -604,14 +394,12 @@ StateTimeouts EniSlave::Waits() const {
 }
 
 const EniSlave* EniConfig::FindByAddress(StationAddress address) const {
-  const auto it = std::find_if(slaves.begin(), slaves.end(),
-                               [&](const EniSlave& slave) { return slave.station_address == address; });
+  const auto it = std::ranges::find(slaves, address, &EniSlave::station_address);
   return it == slaves.end() ? nullptr : &*it;
 }
 
 const EniSlave* EniConfig::FindByPosition(SlavePos position) const {
-  const auto it =
-      std::find_if(slaves.begin(), slaves.end(), [&](const EniSlave& slave) { return slave.position() == position; });
+  const auto it = std::ranges::find_if(slaves, [&](const EniSlave& slave) { return slave.position() == position; });
   return it == slaves.end() ? nullptr : &*it;
 }
 

@@ -11,6 +11,7 @@
 #include "decoder/base/text.h"
 #include "decoder/device/description_file.h"
 #include "decoder/device/xml_cursor.h"
+#include "decoder/device/xml_parts.h"
 #include "decoder/mailbox/aoe.h"
 
 namespace ecaudit::device {
@@ -40,23 +41,21 @@ struct Flags {
 Flags ReadFlags(XmlCursor& xml) {
   Flags flags;
   flags.mappable = Mappable::kNo;  // the schema's default
-  while (xml.NextChild()) {
-    if (xml.name() == "Access") {
-      const std::string text = xml.Text();
-      flags.access = text == "rw"   ? Access::kReadWrite
-                     : text == "wo" ? Access::kWrite
-                     : text == "ro" ? Access::kRead
-                                    : Access::kUnknown;
-    } else if (xml.name() == "PdoMapping") {
-      const std::string text = xml.Text();
-      const bool rx = text.find_first_of("Rr") != std::string::npos;
-      const bool tx = text.find_first_of("Tt") != std::string::npos;
-      if (rx || tx) flags.mappable = Mappable::kYes;
-      if (rx != tx) flags.only = rx ? PdoDirection::kRx : PdoDirection::kTx;
-    } else {
-      xml.Skip();
-    }
-  }
+  const auto read_access = [&] {
+    const std::string text = xml.Text();
+    flags.access = text == "rw"   ? Access::kReadWrite
+                   : text == "wo" ? Access::kWrite
+                   : text == "ro" ? Access::kRead
+                                  : Access::kUnknown;
+  };
+  const auto read_mapping = [&] {
+    const std::string text = xml.Text();
+    const bool rx = text.find_first_of("Rr") != std::string::npos;
+    const bool tx = text.find_first_of("Tt") != std::string::npos;
+    if (rx || tx) flags.mappable = Mappable::kYes;
+    if (rx != tx) flags.only = rx ? PdoDirection::kRx : PdoDirection::kTx;
+  };
+  xml.Children({{"Access", read_access}, {"PdoMapping", read_mapping}});
   return flags;
 }
 
@@ -82,15 +81,7 @@ class EsiParser {
 
   Result<EsiFile> Parse() {
     xml_.EnterRoot("EtherCATInfo");
-    while (xml_.NextChild()) {
-      if (xml_.name() == "Vendor") {
-        ReadVendor();
-      } else if (xml_.name() == "Descriptions") {
-        ReadDescriptions();
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({{"Vendor", [this] { ReadVendor(); }}, {"Descriptions", [this] { ReadDescriptions(); }}});
     if (xml_.failed()) return xml_.error();
     SortByKey(modules_, [](const EsiModule& module) { return module.ident; });
     const auto modules = std::make_shared<const std::vector<EsiModule>>(std::move(modules_));
@@ -104,34 +95,23 @@ class EsiParser {
 
  private:
   void ReadVendor() {
-    while (xml_.NextChild()) {
-      if (xml_.name() == "Id") {
-        file_.vendor_id = xml_.Number<std::uint32_t>();
-      } else if (xml_.name() == "Name") {
-        ReadLocalName(xml_, file_.vendor_name);
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"Id", file_.vendor_id},
+        {"Name", [this] { ReadLocalName(xml_, file_.vendor_name); }},
+    });
   }
 
   void ReadDescriptions() {
-    while (xml_.NextChild()) {
-      const bool modules = xml_.name() == "Modules";
-      if (!modules && xml_.name() != "Devices") {
-        xml_.Skip();
-        continue;
-      }
-      while (xml_.NextChild()) {
-        if (!modules && xml_.name() == "Device") {
-          ReadDevice();
-        } else if (modules && xml_.name() == "Module") {
-          ReadModule();
-        } else {
-          xml_.Skip();
-        }
-      }
-    }
+    xml_.Children({
+        {"Devices",
+         [this] {
+           xml_.Children({{"Device", [this] { ReadDevice(); }}});
+         }},
+        {"Modules",
+         [this] {
+           xml_.Children({{"Module", [this] { ReadModule(); }}});
+         }},
+    });
   }
 
   void ReadModule() {
@@ -139,30 +119,24 @@ class EsiParser {
     ObjectDictionary dictionary;
     std::set<std::uint16_t> by_slot;
     CountRow();
-    while (xml_.NextChild()) {
-      const std::string& name = xml_.name();
-      if (name == "Type") {
-        module.ident = xml_.NumberAttribute<std::uint32_t>("ModuleIdent").value_or(0);
-        std::string type = xml_.Text();
-        if (module.name.empty()) module.name = std::move(type);
-      } else if (name == "Name") {
-        ReadLocalName(xml_, module.name);
-      } else if (name == "RxPdo" || name == "TxPdo") {
-        module.pdos.push_back(ReadPdo(name == "RxPdo" ? PdoDirection::kRx : PdoDirection::kTx));
-      } else if (name == "Profile") {
-        while (xml_.NextChild()) {
-          if (xml_.name() == "Dictionary") {
-            ReadDictionary(dictionary, &by_slot);
-          } else if (xml_.name() == "DiagMessages") {
-            ReadDiagnosisTexts(module.diagnosis_texts);
-          } else {
-            xml_.Skip();
-          }
-        }
-      } else {
-        xml_.Skip();
-      }
-    }
+    const auto read_type = [&] {
+      module.ident = xml_.NumberAttribute<std::uint32_t>("ModuleIdent").value_or(0);
+      std::string type = xml_.Text();
+      if (module.name.empty()) module.name = std::move(type);
+    };
+    const auto read_profile = [&] {
+      xml_.Children({
+          {"Dictionary", [&] { ReadDictionary(dictionary, &by_slot); }},
+          {"DiagMessages", [&] { ReadDiagnosisTexts(module.diagnosis_texts); }},
+      });
+    };
+    xml_.Children({
+        {"Type", read_type},
+        {"Name", [&] { ReadLocalName(xml_, module.name); }},
+        {"RxPdo", [&] { module.pdos.push_back(ReadPdo(PdoDirection::kRx)); }},
+        {"TxPdo", [&] { module.pdos.push_back(ReadPdo(PdoDirection::kTx)); }},
+        {"Profile", read_profile},
+    });
     for (DictionaryObject& row : dictionary.objects) {
       const bool depends = by_slot.count(row.index) != 0;
       module.objects.push_back({std::move(row), depends});
@@ -199,38 +173,21 @@ class EsiParser {
     device.esi.emplace();
     device.document = "ESI";
     device.match.source = device.pdo.source = device.mailbox.source = kEsiSource;
-    while (xml_.NextChild()) {
-      const std::string& name = xml_.name();
-      if (name == "Type") {
-        ReadType(device);
-      } else if (name == "Name") {
-        ReadLocalName(xml_, device.title);
-      } else if (name == "GroupType") {
-        device.esi->group = xml_.Label();
-      } else if (name == "Info") {
-        ReadInfo(device.esi->timeouts);
-      } else if (name == "Profile") {
-        ReadProfileElement(device);
-      } else if (name == "Fmmu") {
-        ReadFmmu(*device.esi);
-      } else if (name == "Sm") {
-        ReadSyncManager(device.mailbox);
-      } else if (name == "RxPdo") {
-        AddPdo(ReadPdo(PdoDirection::kRx), device.pdo);
-      } else if (name == "TxPdo") {
-        AddPdo(ReadPdo(PdoDirection::kTx), device.pdo);
-      } else if (name == "Mailbox") {
-        ReadMailbox(device.mailbox, *device.esi);
-      } else if (name == "Dc") {
-        ReadDc(*device.esi);
-      } else if (name == "Slots") {
-        ReadSlots(device.esi->slot_rules);
-      } else if (name == "ESC") {
-        ReadController(*device.esi);
-      } else {
-        xml_.Skip();
-      }
-    }
+    xml_.Children({
+        {"Type", [&] { ReadType(device); }},
+        {"Name", [&] { ReadLocalName(xml_, device.title); }},
+        {"GroupType", device.esi->group},
+        {"Info", [&] { ReadInfo(device.esi->timeouts); }},
+        {"Profile", [&] { ReadProfileElement(device); }},
+        {"Fmmu", [&] { ReadFmmu(*device.esi); }},
+        {"Sm", [&] { ReadSyncManager(device.mailbox); }},
+        {"RxPdo", [&] { AddPdo(ReadPdo(PdoDirection::kRx), device.pdo); }},
+        {"TxPdo", [&] { AddPdo(ReadPdo(PdoDirection::kTx), device.pdo); }},
+        {"Mailbox", [&] { ReadMailbox(device.mailbox, *device.esi); }},
+        {"Dc", [&] { ReadDc(*device.esi); }},
+        {"Slots", [&] { ReadSlots(device.esi->slot_rules); }},
+        {"ESC", [&] { ReadController(*device.esi); }},
+    });
     SortByKey(device.pdo.fixed, [](const PdoContent& pdo) { return pdo.index; });
     SortByKey(device.pdo.selectable, [](const SelectablePdo& pdo) { return pdo.index; });
     device.pdo.selectable_complete = true;
@@ -248,31 +205,17 @@ class EsiParser {
     if (device.title.empty()) device.title = device.esi->type;
   }
 
+  /// <Info><StateMachine><Timeout><PreopTimeout>3000</PreopTimeout>...
   void ReadInfo(StateTimeouts& timeouts) {
-    while (xml_.NextChild()) {
-      if (xml_.name() != "StateMachine") {
-        xml_.Skip();
-        continue;
-      }
-      while (xml_.NextChild()) {
-        if (xml_.name() != "Timeout") {
-          xml_.Skip();
-          continue;
-        }
-        while (xml_.NextChild()) {
-          std::optional<TimeNs>* target = xml_.name() == "PreopTimeout"          ? &timeouts.preop
-                                          : xml_.name() == "SafeopOpTimeout"     ? &timeouts.safeop_op
-                                          : xml_.name() == "BackToInitTimeout"   ? &timeouts.back_to_init
-                                          : xml_.name() == "BackToSafeopTimeout" ? &timeouts.back_to_safeop
-                                                                                 : nullptr;
-          if (target == nullptr) {
-            xml_.Skip();
-          } else {
-            *target = TimeNs{xml_.Number<std::int32_t>()} * 1'000'000;  // milliseconds
-          }
-        }
-      }
-    }
+    const auto read_timeouts = [&] {
+      xml_.Children({
+          {"PreopTimeout", [&] { timeouts.preop = xml_.Milliseconds(); }},
+          {"SafeopOpTimeout", [&] { timeouts.safeop_op = xml_.Milliseconds(); }},
+          {"BackToInitTimeout", [&] { timeouts.back_to_init = xml_.Milliseconds(); }},
+          {"BackToSafeopTimeout", [&] { timeouts.back_to_safeop = xml_.Milliseconds(); }},
+      });
+    };
+    xml_.Children({{"StateMachine", [&] { xml_.Children({{"Timeout", read_timeouts}}); }}});
   }
 
   void ReadFmmu(EsiDetails& esi) {
@@ -292,14 +235,7 @@ class EsiParser {
     rule.max_length = xml_.NumberAttribute<std::uint32_t>("MaxSize");
     rule.control = xml_.NumberAttribute<std::uint8_t>("ControlByte");
     if (const auto size = xml_.NumberAttribute<std::uint32_t>("DefaultSize")) rule.lengths.push_back(*size);
-    const std::string use = xml_.Text();
-    rule.use = use == "MBoxOut"   ? SyncManagerUse::kMailboxOut
-               : use == "MBoxIn"  ? SyncManagerUse::kMailboxIn
-               : use == "Outputs" ? SyncManagerUse::kProcessOut
-               : use == "Inputs"  ? SyncManagerUse::kProcessIn
-                                  : SyncManagerUse::kUnused;
-    rule.mailbox_mode = rule.use == SyncManagerUse::kMailboxOut || rule.use == SyncManagerUse::kMailboxIn;
-    rule.master_writes = rule.use == SyncManagerUse::kMailboxOut || rule.use == SyncManagerUse::kProcessOut;
+    SetUse(rule, xml_.Text());
     rule.source = kEsiSource;
   }
 
@@ -349,22 +285,13 @@ class EsiParser {
     while (NextInitCommand(esi)) {
       EsiInitCommand& command = esi.init_commands.emplace_back();
       command.complete_access = xml_.Flag("CompleteAccess");
-      while (xml_.NextChild()) {
-        const std::string& name = xml_.name();
-        if (name == "Transition") {
-          ReadTransition(command.transitions);
-        } else if (name == "Index") {
-          command.index = xml_.Number<std::uint16_t>();
-        } else if (name == "SubIndex") {
-          command.subindex = xml_.Number<std::uint8_t>();
-        } else if (name == "Data") {
-          command.data = xml_.Bytes();
-        } else if (name == "Comment") {
-          ReadLocalName(xml_, command.comment);
-        } else {
-          xml_.Skip();
-        }
-      }
+      xml_.Children({
+          {"Transition", [&] { ReadTransition(command.transitions); }},
+          {"Index", command.index},
+          {"SubIndex", command.subindex},
+          {"Data", command.data},
+          {"Comment", [&] { ReadLocalName(xml_, command.comment); }},
+      });
     }
   }
 
@@ -375,20 +302,13 @@ class EsiParser {
       EsiMailboxCommand& command = esi.mailbox_commands.emplace_back();
       command.protocol = protocol;
       if (protocol == mailbox::Protocol::kSoE) command.drive = xml_.NumberAttribute<std::uint8_t>("Chn");
-      while (xml_.NextChild()) {
-        const std::string& name = xml_.name();
-        if (name == "Transition") {
-          ReadTransition(command.transitions);
-        } else if (name == "IDN" || name == "Type") {
-          command.number = xml_.Number<std::uint16_t>();
-        } else if (name == "Data") {
-          command.data = xml_.Bytes();
-        } else if (name == "Comment") {
-          ReadLocalName(xml_, command.comment);
-        } else {
-          xml_.Skip();
-        }
-      }
+      xml_.Children({
+          {"Transition", [&] { ReadTransition(command.transitions); }},
+          {"IDN", command.number},
+          {"Type", command.number},
+          {"Data", command.data},
+          {"Comment", [&] { ReadLocalName(xml_, command.comment); }},
+      });
       if (protocol == mailbox::Protocol::kAoE) ReadAoeMessage(command);
     }
   }
@@ -421,61 +341,44 @@ class EsiParser {
   }
 
   void ReadDc(EsiDetails& esi) {
-    while (xml_.NextChild()) {
-      if (xml_.name() != "OpMode") {
-        xml_.Skip();
-        continue;
-      }
+    const auto read_mode = [&] {
       if (esi.dc_modes.size() >= 1000) return xml_.Fail("more than 1,000 DC modes");
       DcMode& mode = esi.dc_modes.emplace_back();
-      while (xml_.NextChild()) {
-        const std::string& name = xml_.name();
-        if (name == "Name") {
-          mode.name = xml_.Label();
-        } else if (name == "Desc") {
-          mode.description = xml_.Label();
-        } else if (name == "AssignActivate") {
-          mode.assign_activate = xml_.Number<std::uint32_t>();
-        } else if (name == "CycleTimeSync0") {
-          mode.factor_sync0 = xml_.NumberAttribute<std::int32_t>("Factor").value_or(0);
-          mode.cycle_sync0 = xml_.Number<std::int64_t>();
-        } else if (name == "ShiftTimeSync0") {
-          mode.shift_sync0 = xml_.Number<std::int64_t>();
-        } else if (name == "CycleTimeSync1") {
-          mode.factor_sync1 = xml_.NumberAttribute<std::int32_t>("Factor").value_or(0);
-          mode.cycle_sync1 = xml_.Number<std::int64_t>();
-        } else if (name == "ShiftTimeSync1") {
-          mode.shift_sync1 = xml_.Number<std::int64_t>();
-        } else {
-          xml_.Skip();
-        }
-      }
-    }
+      const auto read_cycle = [this](std::int32_t& factor, std::optional<TimeNs>& cycle) {
+        factor = xml_.NumberAttribute<std::int32_t>("Factor").value_or(0);
+        cycle = xml_.Number<std::int64_t>();
+      };
+      xml_.Children({
+          {"Name", mode.name},
+          {"Desc", mode.description},
+          {"AssignActivate", mode.assign_activate},
+          {"CycleTimeSync0", [&] { read_cycle(mode.factor_sync0, mode.cycle_sync0); }},
+          {"ShiftTimeSync0", mode.shift_sync0},
+          {"CycleTimeSync1", [&] { read_cycle(mode.factor_sync1, mode.cycle_sync1); }},
+          {"ShiftTimeSync1", mode.shift_sync1},
+      });
+    };
+    xml_.Children({{"OpMode", read_mode}});
   }
 
   EsiModule::Pdo ReadPdo(PdoDirection direction) {
     EsiModule::Pdo pdo;
     PdoContent& content = pdo.content;
-    content.direction = direction;
-    content.fixed = xml_.Flag("Fixed");
-    content.mandatory = xml_.Flag("Mandatory");
-    content.sync_manager = xml_.NumberAttribute<std::uint8_t>("Sm");
-    content.source = kEsiSource;
-    while (xml_.NextChild()) {
-      if (xml_.name() == "Index") {
-        pdo.by_slot = xml_.Flag("DependOnSlot");
-        content.index = xml_.Number<std::uint16_t>();
-      } else if (xml_.name() == "Name") {
-        ReadLocalName(xml_, content.name);
-      } else if (xml_.name() == "Exclude") {
-        content.excludes.push_back(xml_.Number<std::uint16_t>());
-        CountRow();
-      } else if (xml_.name() == "Entry") {
-        ReadPdoEntry(pdo);
-      } else {
-        xml_.Skip();
-      }
-    }
+    content = PdoOfAttributes(xml_, direction, kEsiSource);
+    const auto read_index = [&] {
+      pdo.by_slot = xml_.Flag("DependOnSlot");
+      content.index = xml_.Number<std::uint16_t>();
+    };
+    const auto read_exclude = [&] {
+      content.excludes.push_back(xml_.Number<std::uint16_t>());
+      CountRow();
+    };
+    xml_.Children({
+        {"Index", read_index},
+        {"Name", [&] { ReadLocalName(xml_, content.name); }},
+        {"Exclude", read_exclude},
+        {"Entry", [&] { ReadPdoEntry(pdo); }},
+    });
     return pdo;
   }
 
@@ -494,22 +397,17 @@ class EsiParser {
   void ReadPdoEntry(EsiModule::Pdo& pdo) {
     PdoEntry entry;
     bool by_slot = false;
-    while (xml_.NextChild()) {
-      if (xml_.name() == "Index") {
-        by_slot = xml_.Flag("DependOnSlot");
-        entry.index = xml_.Number<std::uint16_t>();
-      } else if (xml_.name() == "SubIndex") {
-        entry.subindex = xml_.Number<std::uint8_t>();
-      } else if (xml_.name() == "BitLen") {
-        entry.bits = xml_.Number<std::uint16_t>();
-      } else if (xml_.name() == "Name") {
-        ReadLocalName(xml_, entry.name);
-      } else if (xml_.name() == "DataType") {
-        entry.type = DataTypeFromName(xml_.Text());
-      } else {
-        xml_.Skip();
-      }
-    }
+    const auto read_index = [&] {
+      by_slot = xml_.Flag("DependOnSlot");
+      entry.index = xml_.Number<std::uint16_t>();
+    };
+    xml_.Children({
+        {"Index", read_index},
+        {"SubIndex", entry.subindex},
+        {"BitLen", entry.bits},
+        {"Name", [&] { ReadLocalName(xml_, entry.name); }},
+        {"DataType", [&] { entry.type = DataTypeFromName(xml_.Text()); }},
+    });
     pdo.content.entries.push_back(std::move(entry));
     pdo.entry_by_slot.push_back(by_slot);
     CountRow();
@@ -517,113 +415,75 @@ class EsiParser {
 
   /// <DiagMessages><DiagMessage><TextId>#x3702</TextId><MessageText LcId="1033">...</MessageText></DiagMessage> ...
   void ReadDiagnosisTexts(mailbox::DiagnosisTexts& texts) {
-    while (xml_.NextChild()) {
-      if (xml_.name() != "DiagMessage") {
-        xml_.Skip();
-        continue;
-      }
+    const auto read_message = [&] {
       CountRow();
       std::uint16_t id = 0;
       std::string text;
-      while (xml_.NextChild()) {
-        if (xml_.name() == "TextId") {
-          id = xml_.Number<std::uint16_t>();
-        } else if (xml_.name() == "MessageText") {
-          ReadLocalName(xml_, text);
-        } else {
-          xml_.Skip();
-        }
-      }
+      xml_.Children({{"TextId", id}, {"MessageText", [&] { ReadLocalName(xml_, text); }}});
       if (id != 0 && !text.empty()) texts.emplace(id, std::move(text));
-    }
+    };
+    xml_.Children({{"DiagMessage", read_message}});
   }
 
   void ReadProfileElement(DeviceDescription& device) {
-    while (xml_.NextChild()) {
-      if (xml_.name() == "ProfileNo") {
-        device.esi->profile_number = xml_.Number<std::uint32_t>();
-      } else if (xml_.name() == "Dictionary") {
-        if (!device.dictionary) device.dictionary.emplace();
-        device.dictionary->source = kEsiSource;
-        ReadDictionary(*device.dictionary, nullptr);
-      } else if (xml_.name() == "DiagMessages") {
-        ReadDiagnosisTexts(device.esi->diagnosis_texts);
-      } else {
-        xml_.Skip();
-      }
-    }
+    const auto read_dictionary = [&] {
+      if (!device.dictionary) device.dictionary.emplace();
+      device.dictionary->source = kEsiSource;
+      ReadDictionary(*device.dictionary, nullptr);
+    };
+    xml_.Children({
+        {"ProfileNo", device.esi->profile_number},
+        {"Dictionary", read_dictionary},
+        {"DiagMessages", [&] { ReadDiagnosisTexts(device.esi->diagnosis_texts); }},
+    });
   }
 
   /// @param by_slot  gets the indices that depend on the slot; null: nothing can
   void ReadDictionary(ObjectDictionary& dictionary, std::set<std::uint16_t>* by_slot) {
     EsiTypes types;
-    while (xml_.NextChild()) {
-      if (xml_.name() == "DataTypes") {
-        while (xml_.NextChild()) {
-          if (xml_.name() == "DataType") {
-            ReadDataType(types);
-          } else {
-            xml_.Skip();
-          }
-        }
-      } else if (xml_.name() == "Objects") {
-        while (xml_.NextChild()) {
-          if (xml_.name() == "Object") {
-            ReadObject(types, dictionary, by_slot);
-          } else {
-            xml_.Skip();
-          }
-        }
-      } else {
-        xml_.Skip();
-      }
-    }
+    const auto read_object = [&] { ReadObject(types, dictionary, by_slot); };
+    xml_.Children({
+        {"DataTypes",
+         [&] {
+           xml_.Children({{"DataType", [&] { ReadDataType(types); }}});
+         }},
+        {"Objects",
+         [&] {
+           xml_.Children({{"Object", read_object}});
+         }},
+    });
   }
 
   void ReadDataType(EsiTypes& types) {
     EsiType type;
     std::string name;
-    while (xml_.NextChild()) {
-      if (xml_.name() == "Name") {
-        name = xml_.Text();
-      } else if (xml_.name() == "BaseType") {
-        type.base = xml_.Text();
-      } else if (xml_.name() == "ArrayInfo") {
-        while (xml_.NextChild()) {
-          if (xml_.name() == "LBound") {
-            type.first = xml_.Number<std::uint32_t>();
-          } else if (xml_.name() == "Elements") {
-            type.elements = xml_.Number<std::uint32_t>();
-          } else {
-            xml_.Skip();
-          }
-        }
-      } else if (xml_.name() == "SubItem") {
-        type.items.push_back(ReadSubItem());
-        CountRow();
-      } else {
-        xml_.Skip();
-      }
-    }
+    const auto read_item = [&] {
+      type.items.push_back(ReadSubItem());
+      CountRow();
+    };
+    xml_.Children({
+        {"Name", [&] { name = xml_.Text(); }},
+        {"BaseType", [&] { type.base = xml_.Text(); }},
+        {"ArrayInfo",
+         [&] {
+           xml_.Children({{"LBound", type.first}, {"Elements", type.elements}});
+         }},
+        {"SubItem", read_item},
+    });
     CountRow();
     types.insert_or_assign(std::move(name), std::move(type));
   }
 
   EsiType::Item ReadSubItem() {
     EsiType::Item item;
-    while (xml_.NextChild()) {
-      if (xml_.name() == "SubIdx") {
-        item.subindex = xml_.Number<std::uint8_t>();
-      } else if (xml_.name() == "Name" || xml_.name() == "DisplayName") {
-        ReadLocalName(xml_, item.name);
-      } else if (xml_.name() == "Type") {
-        item.type = xml_.Text();
-      } else if (xml_.name() == "Flags") {
-        item.flags = ReadFlags(xml_);
-      } else {
-        xml_.Skip();
-      }
-    }
+    const auto read_name = [&] { ReadLocalName(xml_, item.name); };
+    xml_.Children({
+        {"SubIdx", item.subindex},
+        {"Name", read_name},
+        {"DisplayName", read_name},
+        {"Type", [&] { item.type = xml_.Text(); }},
+        {"Flags", [&] { item.flags = ReadFlags(xml_); }},
+    });
     return item;
   }
 
@@ -632,21 +492,17 @@ class EsiParser {
     object.source = kEsiSource;
     std::string type_name;
     Flags flags;
-    while (xml_.NextChild()) {
-      if (xml_.name() == "Index") {
-        const bool depends = xml_.Flag("DependOnSlot");
-        object.index = xml_.Number<std::uint16_t>();
-        if (depends && by_slot != nullptr) by_slot->insert(object.index);
-      } else if (xml_.name() == "Name") {
-        ReadLocalName(xml_, object.name);
-      } else if (xml_.name() == "Type") {
-        type_name = xml_.Text();
-      } else if (xml_.name() == "Flags") {
-        flags = ReadFlags(xml_);
-      } else {
-        xml_.Skip();
-      }
-    }
+    const auto read_index = [&] {
+      const bool depends = xml_.Flag("DependOnSlot");
+      object.index = xml_.Number<std::uint16_t>();
+      if (depends && by_slot != nullptr) by_slot->insert(object.index);
+    };
+    xml_.Children({
+        {"Index", read_index},
+        {"Name", [&] { ReadLocalName(xml_, object.name); }},
+        {"Type", [&] { type_name = xml_.Text(); }},
+        {"Flags", [&] { flags = ReadFlags(xml_); }},
+    });
     if (xml_.failed()) return;
     const auto type = types.find(type_name);
     if (type == types.end() || type->second.items.empty()) {
@@ -657,7 +513,7 @@ class EsiParser {
     DictionaryObject head = object;
     head.head = true;
     const std::vector<EsiType::Item>& items = type->second.items;
-    const bool array = std::any_of(items.begin(), items.end(), [](const EsiType::Item& i) { return !i.subindex; });
+    const bool array = std::ranges::any_of(items, [](const EsiType::Item& i) { return !i.subindex; });
     head.types = {array ? DataType::kArray : DataType::kRecord};
     dictionary.objects.push_back(std::move(head));
     CountRow();
@@ -708,7 +564,7 @@ const DeviceDescription* EsiFile::Find(std::uint32_t product_code, std::uint32_t
   const DeviceDescription* best = nullptr;
   for (const DeviceDescription& device : devices) {
     const auto& products = device.match.product_codes;
-    if (std::find(products.begin(), products.end(), product_code) == products.end()) continue;
+    if (std::ranges::find(products, product_code) == products.end()) continue;
     if (device.match.revision_min == revision) return &device;
     if (best == nullptr || device.match.revision_min.value_or(0) > best->match.revision_min.value_or(0)) best = &device;
   }
@@ -734,8 +590,7 @@ DeviceDescription WithEsi(DeviceDescription family, const DeviceDescription& esi
 
   // PDO by PDO: the ESI of the device beats the manual of the family.
   for (const PdoContent& content : esi.pdo.fixed) {
-    const auto at = std::lower_bound(family.pdo.fixed.begin(), family.pdo.fixed.end(), content.index,
-                                     [](const PdoContent& pdo, std::uint16_t index) { return pdo.index < index; });
+    const auto at = std::ranges::lower_bound(family.pdo.fixed, content.index, {}, &PdoContent::index);
     if (at != family.pdo.fixed.end() && at->index == content.index) {
       // An empty list in an ESI means "configurable", not "empty": keep what the manual knows.
       if (!content.entries.empty()) *at = content;

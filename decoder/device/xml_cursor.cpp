@@ -123,6 +123,17 @@ bool XmlCursor::NextChild() {
   return true;
 }
 
+void XmlCursor::Children(std::initializer_list<XmlChild> listed) {
+  while (NextChild()) {
+    const auto* child = std::ranges::find(listed, std::string_view(name_), &XmlChild::name);
+    if (child == listed.end()) {
+      Skip();
+    } else {
+      child->Read(*this);
+    }
+  }
+}
+
 std::string XmlCursor::Text() {
   if (failed()) return {};
   const QString text = parser_->reader.readElementText(QXmlStreamReader::SkipChildElements);

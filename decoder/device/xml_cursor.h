@@ -4,17 +4,22 @@
 /// loops of the caller; only the first error is kept, with line and column.
 #pragma once
 
+#include <concepts>
 #include <cstdint>
+#include <functional>
+#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "decoder/base/result.h"
 #include "decoder/base/text.h"
+#include "decoder/base/time.h"
 
 namespace ecaudit::device {
 
@@ -26,6 +31,8 @@ inline constexpr std::size_t kMaxXmlText = 1U << 20U;
 inline constexpr std::size_t kMaxXmlLabel = 250;
 /// Of one element; the largest known has about 20.
 inline constexpr std::size_t kMaxXmlAttributes = 1000;
+
+class XmlChild;
 
 class XmlCursor {
  public:
@@ -40,6 +47,8 @@ class XmlCursor {
   /// Moves to the next child of the current element, or after that element when it has no more.
   /// A child must be left by Text(), Number(), Skip() or a loop over its own children.
   [[nodiscard]] bool NextChild();
+  /// Reads the children of the current element that are listed, and skips the others.
+  void Children(std::initializer_list<XmlChild> listed);
   /// Local name of the current element.
   [[nodiscard]] const std::string& name() const { return name_; }
   /// Text of the current element, without white space at its ends; leaves it.
@@ -68,6 +77,24 @@ class XmlCursor {
   /// Text as hexadecimal bytes ("0a00ff"); leaves the element.
   [[nodiscard]] std::vector<std::uint8_t> Bytes();
 
+  /// What the element holds goes to a variable of its type; leaves the element.
+  void ReadInto(std::string& out) { out = Label(); }
+  void ReadInto(std::vector<std::uint8_t>& out) { out = Bytes(); }
+  void ReadInto(bool& out) {
+    const std::string text = Text();
+    out = text == "1" || text == "true";
+  }
+  template <std::integral T>
+  void ReadInto(T& out) {
+    out = Number<T>();
+  }
+  template <std::integral T>
+  void ReadInto(std::optional<T>& out) {
+    out = Number<T>();
+  }
+  /// Text as a number of milliseconds, in nanoseconds; leaves the element.
+  [[nodiscard]] TimeNs Milliseconds() { return TimeNs{Number<std::int32_t>()} * 1'000'000; }
+
   /// Line of the parser, from 1.
   [[nodiscard]] std::uint32_t line() const;
   /// Records "line 3, column 7: what".
@@ -84,6 +111,26 @@ class XmlCursor {
   std::unique_ptr<Parser> parser_;
   std::string name_;
   std::optional<Error> error_;
+};
+
+/// A child element by its name, and what takes its content: a variable, or a function that leaves the element.
+class XmlChild {
+ public:
+  template <typename Target>
+  XmlChild(std::string_view name, Target&& target) : name_(name) {
+    if constexpr (std::is_invocable_v<Target>) {
+      read_ = [function = std::forward<Target>(target)](XmlCursor&) { function(); };
+    } else {
+      read_ = [&target](XmlCursor& xml) { xml.ReadInto(target); };
+    }
+  }
+
+  [[nodiscard]] std::string_view name() const { return name_; }
+  void Read(XmlCursor& xml) const { read_(xml); }
+
+ private:
+  std::string_view name_;
+  std::function<void(XmlCursor&)> read_;
 };
 
 }  // namespace ecaudit::device
