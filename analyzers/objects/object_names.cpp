@@ -1,6 +1,7 @@
 #include "analyzers/objects/object_names.h"
 
 #include "analyzers/objects/relatives.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 #include "decoder/device/profile_registry.h"
 #include "decoder/process/pdo_mapping.h"
@@ -108,19 +109,15 @@ bool Complete(const ObjectInfo& info) {
 }  // namespace
 
 std::string_view Name(NameSource source) {
-  switch (source) {
-    case NameSource::kNone:
-      return "";
-    case NameSource::kSlave:
-      return "slave";
-    case NameSource::kProfile:
-      return "profile";
-    case NameSource::kStandard:
-      return "standard";
-    case NameSource::kInferred:
-      return "inferred";
-  }
-  return "";
+  static constexpr Named<NameSource> kNames[] = {
+      {NameSource::kNone, ""},
+      {NameSource::kSlave, "slave"},
+      {NameSource::kProfile, "profile"},
+      {NameSource::kStandard, "standard"},
+      {NameSource::kInferred, "inferred"},
+  };
+  static_assert(NamesAll(kNames, NameSource::kInferred));
+  return NameIn(kNames, source);
 }
 
 mailbox::DataType CoeType(device::DataType type) {

@@ -1,53 +1,35 @@
 #include "analyzers/result/reason.h"
 
+#include "decoder/base/names.h"
+
 namespace ecaudit {
 
 std::string_view Name(ReasonCode code) {
-  switch (code) {
-    case ReasonCode::kNotInCapture:
-      return "not-in-capture";
-    case ReasonCode::kNotRead:
-      return "not-read";
-    case ReasonCode::kCaptureGap:
-      return "capture-gap";
-    case ReasonCode::kMissesPackets:
-      return "misses-packets";
-    case ReasonCode::kNoReturnedFrames:
-      return "no-returned-frames";
-    case ReasonCode::kNoOutboundFrames:
-      return "no-outbound-frames";
-    case ReasonCode::kNoEtherCat:
-      return "no-ethercat";
-    case ReasonCode::kNoSlave:
-      return "no-slave";
-    case ReasonCode::kSnapLength:
-      return "snap-length";
-    case ReasonCode::kFamilyUnknown:
-      return "family-unknown";
-    case ReasonCode::kNotInProfile:
-      return "not-in-profile";
-    case ReasonCode::kStampsTooCoarse:
-      return "stamps-too-coarse";
-    case ReasonCode::kNoStamps:
-      return "no-stamps";
-    case ReasonCode::kWithinUncertainty:
-      return "within-uncertainty";
-    case ReasonCode::kTooFew:
-      return "too-few";
-    case ReasonCode::kTooIrregular:
-      return "too-irregular";
-    case ReasonCode::kCaptureEnds:
-      return "capture-ends";
-    case ReasonCode::kNeverReturned:
-      return "never-returned";
-    case ReasonCode::kAmbiguous:
-      return "ambiguous";
-    case ReasonCode::kNotFollowed:
-      return "not-followed";
-    case ReasonCode::kListFull:
-      return "list-full";
-  }
-  return {};
+  static constexpr Named<ReasonCode> kNames[] = {
+      {ReasonCode::kNotInCapture, "not-in-capture"},
+      {ReasonCode::kNotRead, "not-read"},
+      {ReasonCode::kCaptureGap, "capture-gap"},
+      {ReasonCode::kMissesPackets, "misses-packets"},
+      {ReasonCode::kNoReturnedFrames, "no-returned-frames"},
+      {ReasonCode::kNoOutboundFrames, "no-outbound-frames"},
+      {ReasonCode::kNoEtherCat, "no-ethercat"},
+      {ReasonCode::kNoSlave, "no-slave"},
+      {ReasonCode::kSnapLength, "snap-length"},
+      {ReasonCode::kFamilyUnknown, "family-unknown"},
+      {ReasonCode::kNotInProfile, "not-in-profile"},
+      {ReasonCode::kStampsTooCoarse, "stamps-too-coarse"},
+      {ReasonCode::kNoStamps, "no-stamps"},
+      {ReasonCode::kWithinUncertainty, "within-uncertainty"},
+      {ReasonCode::kTooFew, "too-few"},
+      {ReasonCode::kTooIrregular, "too-irregular"},
+      {ReasonCode::kCaptureEnds, "capture-ends"},
+      {ReasonCode::kNeverReturned, "never-returned"},
+      {ReasonCode::kAmbiguous, "ambiguous"},
+      {ReasonCode::kNotFollowed, "not-followed"},
+      {ReasonCode::kListFull, "list-full"},
+  };
+  static_assert(NamesAll(kNames, ReasonCode::kListFull));
+  return NameIn(kNames, code);
 }
 
 }  // namespace ecaudit

@@ -1,18 +1,12 @@
 /// Error codes that CiA 402 (IEC 61800-7-201) gives drives, one by one. Families have their own beside them.
 #include "analyzers/words/drive_error_codes.h"
 
-#include <algorithm>
-#include <array>
+#include "decoder/base/names.h"
 
 namespace ecaudit {
 namespace {
 
-struct ErrorRow {
-  std::uint16_t code;
-  std::string_view text;
-};
-
-constexpr auto kErrorRows = std::to_array<ErrorRow>({
+constexpr Named<std::uint16_t> kErrors[] = {
     {0x2110, "input: short circuit or earth leakage"},
     {0x2120, "input: earth leakage"},
     {0x2121, "input: earth leakage, phase L1"},
@@ -157,16 +151,12 @@ constexpr auto kErrorRows = std::to_array<ErrorRow>({
     {0xF002, "run below synchronous speed"},
     {0xF003, "stroke"},
     {0xF004, "control"},
-});
-static_assert(std::is_sorted(kErrorRows.begin(), kErrorRows.end(),
-                             [](const ErrorRow& a, const ErrorRow& b) { return a.code < b.code; }));
+};
 
 }  // namespace
 
 std::string_view DriveErrorText(std::uint16_t code) {
-  const auto row = std::lower_bound(kErrorRows.begin(), kErrorRows.end(), code,
-                                    [](const ErrorRow& entry, std::uint16_t wanted) { return entry.code < wanted; });
-  return row == kErrorRows.end() || row->code != code ? std::string_view() : row->text;
+  return NameIn(kErrors, code);
 }
 
 }  // namespace ecaudit

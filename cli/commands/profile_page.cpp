@@ -8,6 +8,7 @@
 #include "cli/commands/profile_process.h"
 #include "cli/report/json_text.h"
 #include "cli/report/layout.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 #include "decoder/device/profile_registry.h"
 #include "decoder/device/source_documents.h"
@@ -34,19 +35,12 @@ std::string_view Name(Basis basis) {
 }
 
 std::string_view Name(Access access) {
-  switch (access) {
-    case Access::kUnknown:
-      return "unknown";
-    case Access::kNone:
-      return "none";
-    case Access::kRead:
-      return "read";
-    case Access::kWrite:
-      return "write";
-    case Access::kReadWrite:
-      return "read-write";
-  }
-  return "unknown";
+  static constexpr Named<Access> kNames[] = {
+      {Access::kUnknown, "unknown"},      {Access::kNone, "none"}, {Access::kRead, "read"}, {Access::kWrite, "write"},
+      {Access::kReadWrite, "read-write"},
+  };
+  static_assert(NamesAll(kNames, Access::kReadWrite));
+  return NameIn(kNames, access);
 }
 
 std::string Pair(esc::AlState from, esc::AlState to) {

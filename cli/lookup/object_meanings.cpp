@@ -5,6 +5,7 @@
 #include "analyzers/objects/object_names.h"
 #include "analyzers/objects/object_words.h"
 #include "cli/lookup/meanings.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli::lookup {
@@ -26,32 +27,26 @@ void Join(std::string& text, std::string_view part) {
 }
 
 std::string_view Name(Access access) {
-  switch (access) {
-    case Access::kUnknown:
-    case Access::kNone:
-      return "";
-    case Access::kRead:
-      return "read only";
-    case Access::kWrite:
-      return "write only";
-    case Access::kReadWrite:
-      return "read and write";
-  }
-  return "";
+  static constexpr Named<Access> kNames[] = {
+      {Access::kUnknown, ""},
+      {Access::kNone, ""},
+      {Access::kRead, "read only"},
+      {Access::kWrite, "write only"},
+      {Access::kReadWrite, "read and write"},
+  };
+  static_assert(NamesAll(kNames, Access::kReadWrite));
+  return NameIn(kNames, access);
 }
 
 std::string_view Name(device::Mappable mappable) {
-  switch (mappable) {
-    case device::Mappable::kUnknown:
-      return "";
-    case device::Mappable::kNo:
-      return "not mappable";
-    case device::Mappable::kYes:
-      return "mappable";
-    case device::Mappable::kConditional:
-      return "mappable under a condition";
-  }
-  return "";
+  static constexpr Named<device::Mappable> kNames[] = {
+      {device::Mappable::kUnknown, ""},
+      {device::Mappable::kNo, "not mappable"},
+      {device::Mappable::kYes, "mappable"},
+      {device::Mappable::kConditional, "mappable under a condition"},
+  };
+  static_assert(NamesAll(kNames, device::Mappable::kConditional));
+  return NameIn(kNames, mappable);
 }
 
 /// ":1 Vendor ID, UINT32, read only, mappable"
@@ -260,7 +255,7 @@ void AddDriveWords(const DeviceDescription& family, const std::string& name, con
     if (index == 0x6060 || index == 0x6061) AddModes(name, *standard, common);
     rows.erase(std::remove_if(rows.begin(), rows.end(),
                               [&](const Statement& row) {
-                                return std::any_of(common.begin(), common.end(), [&](const Statement& known) {
+                                return std::ranges::any_of(common, [&](const Statement& known) {
                                   return known.text == row.text && known.source == row.source;
                                 });
                               }),

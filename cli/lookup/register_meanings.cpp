@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "cli/lookup/meanings.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/register_map.h"
 #include "decoder/wire/command.h"
@@ -12,65 +13,40 @@ namespace {
 using device::DeviceDescription;
 
 std::string_view Text(esc::EcatAccess access) {
-  switch (access) {
-    case esc::EcatAccess::READ:
-      return "the master may read";
-    case esc::EcatAccess::READ_ACKNOWLEDGE:
-      return "the master may read, which acknowledges or clears";
-    case esc::EcatAccess::READ_WRITE:
-      return "the master may read and write";
-    case esc::EcatAccess::WRITE_IF:
-      return "the master may read, and write in some situations";
-    case esc::EcatAccess::WRITE_EFFECT:
-      return "the master may read and write; what is read is not what was written";
-    case esc::EcatAccess::WRITE_CLEARS:
-      return "the master may read; any write clears it";
-  }
-  return "";
+  static constexpr Named<esc::EcatAccess> kNames[] = {
+      {esc::EcatAccess::READ, "the master may read"},
+      {esc::EcatAccess::READ_ACKNOWLEDGE, "the master may read, which acknowledges or clears"},
+      {esc::EcatAccess::READ_WRITE, "the master may read and write"},
+      {esc::EcatAccess::WRITE_IF, "the master may read, and write in some situations"},
+      {esc::EcatAccess::WRITE_EFFECT, "the master may read and write; what is read is not what was written"},
+      {esc::EcatAccess::WRITE_CLEARS, "the master may read; any write clears it"},
+  };
+  static_assert(NamesAll(kNames, esc::EcatAccess::WRITE_CLEARS));
+  return NameIn(kNames, access);
 }
 
+/// Empty for those that need no explanation.
 std::string_view Text(esc::Unit unit) {
   using esc::Unit;
-  switch (unit) {
-    case Unit::SIGNED:
-      return "signed";
-    case Unit::KIB:
-      return "KiB";
-    case Unit::BYTES:
-      return "bytes";
-    case Unit::BIT:
-      return "number of a bit";
-    case Unit::NS:
-      return "ns";
-    case Unit::SIGNED_NS:
-      return "ns, signed";
-    case Unit::DC_TIME:
-      return "ns since 2000-01-01, or its lower 32 bits";
-    case Unit::MAGNITUDE_NS:
-      return "ns, 31 bits and a sign";
-    case Unit::TEN_NS:
-      return "10 ns each";
-    case Unit::WATCHDOG_STEP:
-      return "(value + 2) * 40 ns";
-    case Unit::WATCHDOG_TIME:
-      return "steps of 0x0400; 0: off";
-    case Unit::AL_STATE:
-    case Unit::AL_STATUS:
-      return "1 INIT, 2 PREOP, 3 BOOT, 4 SAFEOP, 8 OP; bit 4 of AL Status: error";
-    case Unit::AL_STATUS_CODE:
-      return "AL status code (ecaudit explain 0x0017)";
-    case Unit::EEPROM_COMMAND:
-      return "0 idle or clear errors, 1 read, 2 write, 4 reload";
-    case Unit::WORD_ADDRESS:
-      return "word address of the EEPROM";
-    case Unit::FLAG:
-    case Unit::NUMBER:
-    case Unit::HEX:
-    case Unit::VALUE:
-    case Unit::DATA:
-      return "";
-  }
-  return "";
+  static constexpr Named<esc::Unit> kNames[] = {
+      {Unit::SIGNED, "signed"},
+      {Unit::KIB, "KiB"},
+      {Unit::BYTES, "bytes"},
+      {Unit::BIT, "number of a bit"},
+      {Unit::NS, "ns"},
+      {Unit::SIGNED_NS, "ns, signed"},
+      {Unit::DC_TIME, "ns since 2000-01-01, or its lower 32 bits"},
+      {Unit::MAGNITUDE_NS, "ns, 31 bits and a sign"},
+      {Unit::TEN_NS, "10 ns each"},
+      {Unit::WATCHDOG_STEP, "(value + 2) * 40 ns"},
+      {Unit::WATCHDOG_TIME, "steps of 0x0400; 0: off"},
+      {Unit::AL_STATE, "1 INIT, 2 PREOP, 3 BOOT, 4 SAFEOP, 8 OP; bit 4 of AL Status: error"},
+      {Unit::AL_STATUS, "1 INIT, 2 PREOP, 3 BOOT, 4 SAFEOP, 8 OP; bit 4 of AL Status: error"},
+      {Unit::AL_STATUS_CODE, "AL status code (ecaudit explain 0x0017)"},
+      {Unit::EEPROM_COMMAND, "0 idle or clear errors, 1 read, 2 write, 4 reload"},
+      {Unit::WORD_ADDRESS, "word address of the EEPROM"},
+  };
+  return NameIn(kNames, unit);
 }
 
 /// "; the master reads, the drive reads and writes": what the family's manual states of the two sides.

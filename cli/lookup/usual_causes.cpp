@@ -1,18 +1,11 @@
 /// What usually leads to an AL status code: where to look first.
-#include <algorithm>
-#include <array>
-
 #include "cli/lookup/meanings.h"
+#include "decoder/base/names.h"
 
 namespace ecaudit::cli::lookup {
 namespace {
 
-struct Cause {
-  std::uint16_t code;
-  std::string_view text;
-};
-
-constexpr auto kCauses = std::to_array<Cause>({
+constexpr Named<std::uint16_t> kCauses[] = {
     {0x0001, "an error that the firmware has no code for; read the diagnosis of the device"},
     {0x0011, "the master skipped a state (INIT to OP, PREOP to OP)"},
     {0x0012, "a value in AL Control that is no state, often bytes in the wrong order"},
@@ -57,16 +50,12 @@ constexpr auto kCauses = std::to_array<Cause>({
     {0x0032, "the slave could not lock to SYNC0: jitter, or a cycle time that it does not support"},
     {0x0035, "a cycle time that the slave does not support; not a multiple of its base time"},
     {0x0050, "the EEPROM is assigned to the other side (0x0500), or it does not answer"},
-});
-static_assert(std::is_sorted(kCauses.begin(), kCauses.end(),
-                             [](const Cause& a, const Cause& b) { return a.code < b.code; }));
+};
 
 }  // namespace
 
 std::string_view UsualCauses(std::uint16_t al_status_code) {
-  const auto row = std::find_if(kCauses.begin(), kCauses.end(),
-                                [al_status_code](const Cause& cause) { return cause.code == al_status_code; });
-  return row == kCauses.end() ? std::string_view() : row->text;
+  return NameIn(kCauses, al_status_code);
 }
 
 }  // namespace ecaudit::cli::lookup

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
@@ -11,23 +12,13 @@ namespace {
 constexpr std::size_t kLabelColumns = 11;
 
 std::string_view EscapeSequence(Style style) {
-  switch (style) {
-    case Style::kPlain:
-      return "";
-    case Style::kBold:
-      return "\x1b[1m";
-    case Style::kFaint:
-      return "\x1b[2m";
-    case Style::kError:
-      return "\x1b[1;31m";
-    case Style::kWarning:
-      return "\x1b[1;33m";
-    case Style::kInfo:
-      return "\x1b[36m";
-    case Style::kGood:
-      return "\x1b[1;32m";
-  }
-  return "";
+  static constexpr Named<Style> kNames[] = {
+      {Style::kPlain, ""},           {Style::kBold, "\x1b[1m"},       {Style::kFaint, "\x1b[2m"},
+      {Style::kError, "\x1b[1;31m"}, {Style::kWarning, "\x1b[1;33m"}, {Style::kInfo, "\x1b[36m"},
+      {Style::kGood, "\x1b[1;32m"},
+  };
+  static_assert(NamesAll(kNames, Style::kGood));
+  return NameIn(kNames, style);
 }
 
 /// Takes one character from the front of `text`; a byte that is no UTF-8 counts as one.
@@ -64,8 +55,8 @@ constexpr std::array<CodeRange, 6> kNoColumn{
 std::size_t ColumnsOf(char32_t point) {
   const auto holds = [point](const CodeRange& range) { return range.first <= point && point <= range.last; };
   if (point < 0x0300) return 1;
-  if (std::any_of(kNoColumn.begin(), kNoColumn.end(), holds)) return 0;
-  return std::any_of(kTwoColumns.begin(), kTwoColumns.end(), holds) ? 2 : 1;
+  if (std::ranges::any_of(kNoColumn, holds)) return 0;
+  return std::ranges::any_of(kTwoColumns, holds) ? 2 : 1;
 }
 
 }  // namespace
@@ -104,14 +95,14 @@ std::string Padded(std::string_view text, std::size_t width) {
   std::string out(text);
   const std::size_t columns = Columns(out);
   out.append(columns < width ? width - columns : 1, ' ');
-  std::replace(out.begin(), out.end(), ' ', kHardSpace);
+  std::ranges::replace(out, ' ', kHardSpace);
   return out;
 }
 
 std::string OneLine(std::string_view text) {
   std::string flat(text);
-  std::replace_if(
-      flat.begin(), flat.end(), [](char c) { return c == '\n' || c == '\r' || c == '\t'; }, ' ');
+  std::ranges::replace_if(
+      flat, [](char c) { return c == '\n' || c == '\r' || c == '\t'; }, ' ');
   return Printable(flat);
 }
 

@@ -1,5 +1,6 @@
 #include "cli/report/notation.h"
 
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 
@@ -82,47 +83,20 @@ std::string TextOf(const Value& value, Form form) {
 }
 
 std::string_view Name(Value::Type type) {
-  switch (type) {
-    case Value::Type::kNumber:
-      return "number";
-    case Value::Type::kHex:
-      return "hex";
-    case Value::Type::kReal:
-      return "real";
-    case Value::Type::kText:
-      return "text";
-    case Value::Type::kFlag:
-      return "flag";
-    case Value::Type::kBoolean:
-      return "boolean";
-    case Value::Type::kWord:
-      return "word";
-    case Value::Type::kFrame:
-      return "frame";
-    case Value::Type::kDuration:
-      return "duration";
-    case Value::Type::kCount:
-      return "count";
-    case Value::Type::kCode:
-      return "code";
-    case Value::Type::kObject:
-      return "object";
-    case Value::Type::kRegister:
-      return "register";
-    case Value::Type::kAlState:
-      return "al-state";
-    case Value::Type::kAlStatus:
-      return "al-status";
-    case Value::Type::kAlStatusOfAll:
-      return "al-status-of-all";
-    case Value::Type::kBytes:
-      return "bytes";
-    case Value::Type::kSlave:
-      return "slave";
-    case Value::Type::kList:
-      return "list";
-  }
-  return {};
+  static constexpr Named<Value::Type> kNames[] = {
+      {Value::Type::kNumber, "number"},      {Value::Type::kHex, "hex"},
+      {Value::Type::kReal, "real"},          {Value::Type::kText, "text"},
+      {Value::Type::kFlag, "flag"},          {Value::Type::kBoolean, "boolean"},
+      {Value::Type::kWord, "word"},          {Value::Type::kFrame, "frame"},
+      {Value::Type::kDuration, "duration"},  {Value::Type::kCount, "count"},
+      {Value::Type::kCode, "code"},          {Value::Type::kObject, "object"},
+      {Value::Type::kRegister, "register"},  {Value::Type::kAlState, "al-state"},
+      {Value::Type::kAlStatus, "al-status"}, {Value::Type::kAlStatusOfAll, "al-status-of-all"},
+      {Value::Type::kBytes, "bytes"},        {Value::Type::kSlave, "slave"},
+      {Value::Type::kList, "list"},
+  };
+  static_assert(NamesAll(kNames, Value::Type::kList));
+  return NameIn(kNames, type);
 }
 
 bool IsPlural(const Value& value) {

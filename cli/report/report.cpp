@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "cli/report/coverage_tally.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
@@ -24,17 +25,14 @@ bool Fails(Severity severity, bool holds, FailOn fail_on) {
 }
 
 std::string_view Name(FailOn fail_on) {
-  switch (fail_on) {
-    case FailOn::kInfo:
-      return "info";
-    case FailOn::kWarning:
-      return "warning";
-    case FailOn::kError:
-      return "error";
-    case FailOn::kNever:
-      return "never";
-  }
-  return "never";
+  static constexpr Named<FailOn> kNames[] = {
+      {FailOn::kInfo, "info"},
+      {FailOn::kWarning, "warning"},
+      {FailOn::kError, "error"},
+      {FailOn::kNever, "never"},
+  };
+  static_assert(NamesAll(kNames, FailOn::kNever));
+  return NameIn(kNames, fail_on);
 }
 
 std::optional<FailOn> ParseFailOn(std::string_view text) {

@@ -5,6 +5,7 @@
 
 #include "cli/report/finding_id.h"
 #include "cli/report/notation.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
@@ -146,51 +147,30 @@ std::string NextOf(const Finding& finding, const AnalysisResult& result, const A
 }
 
 std::string_view TemplateOf(ReasonCode code) {
-  switch (code) {
-    case ReasonCode::kNotInCapture:
-      return "{what} {what?is|are} not in the capture";
-    case ReasonCode::kNotRead:
-      return "the master did not read {what}";
-    case ReasonCode::kCaptureGap:
-      return "{what} may have changed in a capture gap";
-    case ReasonCode::kMissesPackets:
-      return "the capture misses packets[: {what} may be among them]";
-    case ReasonCode::kNoReturnedFrames:
-      return "the capture has no returned frames";
-    case ReasonCode::kNoOutboundFrames:
-      return "the capture has no outbound frames";
-    case ReasonCode::kNoEtherCat:
-      return "the capture has no EtherCAT frames";
-    case ReasonCode::kNoSlave:
-      return "no slave is known";
-    case ReasonCode::kSnapLength:
-      return "packets are cut by the snap length";
-    case ReasonCode::kFamilyUnknown:
-      return "the identity of the slave is not in the capture";
-    case ReasonCode::kNotInProfile:
-      return "the profile does not give {what}";
-    case ReasonCode::kStampsTooCoarse:
-      return "the time stamps are too coarse[ for {what}]";
-    case ReasonCode::kNoStamps:
-      return "packets have no time stamps";
-    case ReasonCode::kWithinUncertainty:
-      return "{what} {what?lies|lie} within the uncertainty of the clock";
-    case ReasonCode::kTooFew:
-      return "the capture has too few {what}";
-    case ReasonCode::kTooIrregular:
-      return "{what} {what?is|are} too irregular";
-    case ReasonCode::kCaptureEnds:
-      return "the capture ends during {what}";
-    case ReasonCode::kNeverReturned:
-      return "{what} never returned";
-    case ReasonCode::kAmbiguous:
-      return "{what} {what?has|have} more than one explanation";
-    case ReasonCode::kNotFollowed:
-      return "{what} {what?is|are} reported, but not evaluated";
-    case ReasonCode::kListFull:
-      return "more {what} than the report keeps";
-  }
-  return "";
+  static constexpr Named<ReasonCode> kNames[] = {
+      {ReasonCode::kNotInCapture, "{what} {what?is|are} not in the capture"},
+      {ReasonCode::kNotRead, "the master did not read {what}"},
+      {ReasonCode::kCaptureGap, "{what} may have changed in a capture gap"},
+      {ReasonCode::kMissesPackets, "the capture misses packets[: {what} may be among them]"},
+      {ReasonCode::kNoReturnedFrames, "the capture has no returned frames"},
+      {ReasonCode::kNoOutboundFrames, "the capture has no outbound frames"},
+      {ReasonCode::kNoEtherCat, "the capture has no EtherCAT frames"},
+      {ReasonCode::kNoSlave, "no slave is known"},
+      {ReasonCode::kSnapLength, "packets are cut by the snap length"},
+      {ReasonCode::kFamilyUnknown, "the identity of the slave is not in the capture"},
+      {ReasonCode::kNotInProfile, "the profile does not give {what}"},
+      {ReasonCode::kStampsTooCoarse, "the time stamps are too coarse[ for {what}]"},
+      {ReasonCode::kNoStamps, "packets have no time stamps"},
+      {ReasonCode::kWithinUncertainty, "{what} {what?lies|lie} within the uncertainty of the clock"},
+      {ReasonCode::kTooFew, "the capture has too few {what}"},
+      {ReasonCode::kTooIrregular, "{what} {what?is|are} too irregular"},
+      {ReasonCode::kCaptureEnds, "the capture ends during {what}"},
+      {ReasonCode::kNeverReturned, "{what} never returned"},
+      {ReasonCode::kAmbiguous, "{what} {what?has|have} more than one explanation"},
+      {ReasonCode::kNotFollowed, "{what} {what?is|are} reported, but not evaluated"},
+      {ReasonCode::kListFull, "more {what} than the report keeps"},
+  };
+  return NameIn(kNames, code);
 }
 
 }  // namespace

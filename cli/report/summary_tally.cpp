@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "cli/report/fingerprint.h"
+#include "decoder/base/names.h"
 
 namespace ecaudit::report {
 namespace {
@@ -51,7 +52,7 @@ void AddCause(const Digest& digest, std::size_t place,
     if (group.first_time.empty() || capture.first_time < group.first_time) group.first_time = capture.first_time;
     group.last_time = std::max(group.last_time, capture.first_time);
   }
-  const auto at = std::lower_bound(group.products.begin(), group.products.end(), root.product);
+  const auto at = std::ranges::lower_bound(group.products, root.product);
   if (!root.product.empty() && (at == group.products.end() || *at != root.product)) {
     group.products.insert(at, root.product);
   }
@@ -60,21 +61,12 @@ void AddCause(const Digest& digest, std::size_t place,
 }  // namespace
 
 std::string_view Name(Status status) {
-  switch (status) {
-    case Status::kFail:
-      return "fail";
-    case Status::kUnmet:
-      return "unmet";
-    case Status::kUnreadable:
-      return "unreadable";
-    case Status::kLimited:
-      return "limited";
-    case Status::kPass:
-      return "pass";
-    case Status::kNothingToCheck:
-      return "nothing-to-check";
-  }
-  return "pass";
+  static constexpr Named<Status> kNames[] = {
+      {Status::kFail, "fail"},       {Status::kUnmet, "unmet"}, {Status::kUnreadable, "unreadable"},
+      {Status::kLimited, "limited"}, {Status::kPass, "pass"},   {Status::kNothingToCheck, "nothing-to-check"},
+  };
+  static_assert(NamesAll(kNames, Status::kNothingToCheck));
+  return NameIn(kNames, status);
 }
 
 Status StatusOf(const CaptureDigest& capture) {
@@ -142,11 +134,11 @@ Tally TallyOf(const Digest& digest) {
     AddCause(digest, i, causes);
   }
   for (auto& [fingerprint, group] : causes) tally.causes.push_back(std::move(group));
-  std::stable_sort(tally.causes.begin(), tally.causes.end(), [](const CauseGroup& a, const CauseGroup& b) {
+  std::ranges::stable_sort(tally.causes, [](const CauseGroup& a, const CauseGroup& b) {
     return std::tuple(b.severity, b.captures.size()) < std::tuple(a.severity, a.captures.size());
   });
   for (auto& [rule, entry] : rules) tally.rules.push_back(entry);
-  std::sort(tally.rules.begin(), tally.rules.end(), [](const RuleTally& a, const RuleTally& b) {
+  std::ranges::sort(tally.rules, [](const RuleTally& a, const RuleTally& b) {
     return std::tuple(b.severity, b.captures, std::string_view(a.rule)) <
            std::tuple(a.severity, a.captures, std::string_view(b.rule));
   });

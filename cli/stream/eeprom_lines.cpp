@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "cli/report/json_text.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/sii.h"
 
@@ -39,17 +40,14 @@ void PutList(EventRow& row, std::string_view key, const Range& items, Write&& wr
 }
 
 std::string_view Name(esc::SiiChecksumState state) {
-  switch (state) {
-    case esc::SiiChecksumState::kUnknown:
-      return "unknown";
-    case esc::SiiChecksumState::kRight:
-      return "right";
-    case esc::SiiChecksumState::kWrong:
-      return "wrong";
-    case esc::SiiChecksumState::kDisabled:
-      return "disabled";
-  }
-  return "unknown";
+  static constexpr Named<esc::SiiChecksumState> kNames[] = {
+      {esc::SiiChecksumState::kUnknown, "unknown"},
+      {esc::SiiChecksumState::kRight, "right"},
+      {esc::SiiChecksumState::kWrong, "wrong"},
+      {esc::SiiChecksumState::kDisabled, "disabled"},
+  };
+  static_assert(NamesAll(kNames, esc::SiiChecksumState::kDisabled));
+  return NameIn(kNames, state);
 }
 
 std::string_view SyncManagerUse(std::uint8_t type) {
@@ -58,17 +56,14 @@ std::string_view SyncManagerUse(std::uint8_t type) {
 }
 
 std::string_view FmmuUse(esc::SiiFmmuUse use) {
-  switch (use) {
-    case esc::SiiFmmuUse::UNUSED:
-      return "unused";
-    case esc::SiiFmmuUse::OUTPUTS:
-      return "outputs";
-    case esc::SiiFmmuUse::INPUTS:
-      return "inputs";
-    case esc::SiiFmmuUse::MAILBOX_STATE:
-      return "mailbox state";
-  }
-  return "unused";
+  static constexpr Named<esc::SiiFmmuUse> kNames[] = {
+      {esc::SiiFmmuUse::UNUSED, "unused"},
+      {esc::SiiFmmuUse::OUTPUTS, "outputs"},
+      {esc::SiiFmmuUse::INPUTS, "inputs"},
+      {esc::SiiFmmuUse::MAILBOX_STATE, "mailbox state"},
+  };
+  const std::string_view name = NameIn(kNames, use);
+  return !name.empty() ? name : "unused";
 }
 
 void PutIdentity(JsonObject& out, const esc::SiiHeader& header) {
@@ -171,7 +166,7 @@ std::string ContentsText(const esc::SiiContents& contents) {
 void PutVendorTexts(JsonObject& out, const esc::SiiContents& contents) {
   std::vector<std::uint16_t> shown;  // a category may appear twice; its text is one
   for (const esc::SiiRawCategory& raw : contents.raw) {
-    if (raw.type < esc::kSiiVendorCategory || std::find(shown.begin(), shown.end(), raw.type) != shown.end()) continue;
+    if (raw.type < esc::kSiiVendorCategory || std::ranges::find(shown, raw.type) != shown.end()) continue;
     shown.push_back(raw.type);
     const std::string text = contents.VendorText(raw.type);
     if (!text.empty()) out.Put(Hex(raw.type), Printable(text));

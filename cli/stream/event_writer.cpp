@@ -2,6 +2,7 @@
 #include "cli/stream/event_writer.h"
 
 #include "analyzers/words/al_text.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/esc/register_map.h"
@@ -11,30 +12,24 @@ namespace ecaudit::cli {
 namespace {
 
 std::string_view Name(track::Acceptance acceptance) {
-  switch (acceptance) {
-    case track::Acceptance::kAccepted:
-      return "accepted";
-    case track::Acceptance::kRefused:
-      return "refused";
-    case track::Acceptance::kUnknown:
-      return "unknown";
-    case track::Acceptance::kAssumed:
-      return "assumed";
-  }
-  return "unknown";
+  static constexpr Named<track::Acceptance> kNames[] = {
+      {track::Acceptance::kAccepted, "accepted"},
+      {track::Acceptance::kRefused, "refused"},
+      {track::Acceptance::kUnknown, "unknown"},
+      {track::Acceptance::kAssumed, "assumed"},
+  };
+  static_assert(NamesAll(kNames, track::Acceptance::kAssumed));
+  return NameIn(kNames, acceptance);
 }
 
 std::string_view NoteOf(track::Acceptance acceptance) {
-  switch (acceptance) {
-    case track::Acceptance::kAccepted:
-    case track::Acceptance::kAssumed:
-      return "";
-    case track::Acceptance::kRefused:
-      return "not accepted";
-    case track::Acceptance::kUnknown:
-      return "not known whether accepted";
-  }
-  return "";
+  static constexpr Named<track::Acceptance> kNames[] = {
+      {track::Acceptance::kAccepted, ""},
+      {track::Acceptance::kAssumed, ""},
+      {track::Acceptance::kRefused, "not accepted"},
+      {track::Acceptance::kUnknown, "not known whether accepted"},
+  };
+  return NameIn(kNames, acceptance);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 /// The events "latch": what happened to the latches of a drive, and what was done wrong with them.
 #include "cli/stream/event_writer.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -8,19 +9,11 @@ namespace {
 using StepKind = model::LatchStep::Kind;
 
 std::string_view Name(StepKind kind) {
-  switch (kind) {
-    case StepKind::kArmed:
-      return "arm";
-    case StepKind::kRearmed:
-      return "rearm";
-    case StepKind::kValid:
-      return "valid";
-    case StepKind::kRead:
-      return "read";
-    case StepKind::kDisarmed:
-      return "disarm";
-  }
-  return "";
+  static constexpr Named<StepKind> kNames[] = {
+      {StepKind::kArmed, "arm"}, {StepKind::kRearmed, "rearm"},   {StepKind::kValid, "valid"},
+      {StepKind::kRead, "read"}, {StepKind::kDisarmed, "disarm"},
+  };
+  return NameIn(kNames, kind);
 }
 
 std::optional<TimeNs> Between(const FrameRef& from, const FrameRef& to) {

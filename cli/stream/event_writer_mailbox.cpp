@@ -8,6 +8,7 @@
 #include "cli/stream/event_writer.h"
 #include "cli/stream/json_line.h"
 #include "cli/stream/message_text.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 #include "decoder/mailbox/eoe.h"
 #include "decoder/mailbox/error_reply.h"
@@ -50,64 +51,47 @@ std::string_view Name(Certainty certainty) {
 }
 
 std::string_view Name(mailbox::MailboxUnanswered::End end) {
-  switch (end) {
-    case mailbox::MailboxUnanswered::End::kNextRequest:
-      return "next-request";
-    case mailbox::MailboxUnanswered::End::kCaptureEnd:
-      return "capture-end";
-    case mailbox::MailboxUnanswered::End::kReset:
-      return "reset";
-    case mailbox::MailboxUnanswered::End::kGap:
-      return "gap";
-  }
-  return "gap";
+  static constexpr Named<mailbox::MailboxUnanswered::End> kNames[] = {
+      {mailbox::MailboxUnanswered::End::kNextRequest, "next-request"},
+      {mailbox::MailboxUnanswered::End::kCaptureEnd, "capture-end"},
+      {mailbox::MailboxUnanswered::End::kReset, "reset"},
+      {mailbox::MailboxUnanswered::End::kGap, "gap"},
+  };
+  static_assert(NamesAll(kNames, mailbox::MailboxUnanswered::End::kGap));
+  return NameIn(kNames, end);
 }
 
 /// How a file transfer or a request for SDO information ended; the same words for all protocols.
 template <typename Outcome>
 std::string_view OutcomeName(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::kCompleted:
-      return "completed";
-    case Outcome::kError:
-      return "error";
-    case Outcome::kMailboxError:
-      return "mailbox-error";
-    case Outcome::kSuperseded:
-      return "superseded";
-    case Outcome::kCaptureEnd:
-      return "capture-end";
-    case Outcome::kReset:
-      return "reset";
-    case Outcome::kGap:
-      return "gap";
-    case Outcome::kNotCaptured:
-      return "not-captured";
-  }
-  return "gap";
+  static constexpr Named<Outcome> kNames[] = {
+      {Outcome::kCompleted, "completed"},
+      {Outcome::kError, "error"},
+      {Outcome::kMailboxError, "mailbox-error"},
+      {Outcome::kSuperseded, "superseded"},
+      {Outcome::kCaptureEnd, "capture-end"},
+      {Outcome::kReset, "reset"},
+      {Outcome::kGap, "gap"},
+      {Outcome::kNotCaptured, "not-captured"},
+  };
+  static_assert(NamesAll(kNames, Outcome::kNotCaptured));
+  return NameIn(kNames, outcome);
 }
 
 std::string_view OutcomeName(mailbox::SdoOutcome outcome) {
   using mailbox::SdoOutcome;
-  switch (outcome) {
-    case SdoOutcome::kCompleted:
-      return "completed";
-    case SdoOutcome::kAborted:
-      return "aborted";
-    case SdoOutcome::kMailboxError:
-      return "mailbox-error";
-    case SdoOutcome::kSuperseded:
-      return "superseded";
-    case SdoOutcome::kCaptureEnd:
-      return "capture-end";
-    case SdoOutcome::kReset:
-      return "reset";
-    case SdoOutcome::kGap:
-      return "gap";
-    case SdoOutcome::kNotCaptured:
-      return "not-captured";
-  }
-  return "gap";
+  static constexpr Named<mailbox::SdoOutcome> kNames[] = {
+      {SdoOutcome::kCompleted, "completed"},
+      {SdoOutcome::kAborted, "aborted"},
+      {SdoOutcome::kMailboxError, "mailbox-error"},
+      {SdoOutcome::kSuperseded, "superseded"},
+      {SdoOutcome::kCaptureEnd, "capture-end"},
+      {SdoOutcome::kReset, "reset"},
+      {SdoOutcome::kGap, "gap"},
+      {SdoOutcome::kNotCaptured, "not-captured"},
+  };
+  const std::string_view name = NameIn(kNames, outcome);
+  return !name.empty() ? name : "gap";
 }
 
 /// Text about an outcome that is not plain success; "" for success.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "decoder/base/names.h"
+
 namespace ecaudit::device {
 
 std::string_view DriveStateName(DriveState state) {
@@ -14,17 +16,14 @@ std::string_view DriveStateName(DriveState state) {
 }
 
 std::string_view FaultValueName(FaultValue kind) {
-  switch (kind) {
-    case FaultValue::kErrorCode:
-      return "error code";
-    case FaultValue::kErrorHistory:
-      return "error history";
-    case FaultValue::kFaultNumber:
-      return "fault number";
-    case FaultValue::kWarningNumber:
-      return "warning number";
-  }
-  return "";
+  static constexpr Named<FaultValue> kNames[] = {
+      {FaultValue::kErrorCode, "error code"},
+      {FaultValue::kErrorHistory, "error history"},
+      {FaultValue::kFaultNumber, "fault number"},
+      {FaultValue::kWarningNumber, "warning number"},
+  };
+  static_assert(NamesAll(kNames, FaultValue::kWarningNumber));
+  return NameIn(kNames, kind);
 }
 
 std::optional<DriveState> DriveProfile::StateOf(std::uint16_t status_word) const {
@@ -92,20 +91,18 @@ const DriveTransition* DriveProfile::Find(DriveState from, DriveState to) const 
 }
 
 const DriveTransition* DriveProfile::Find(std::uint8_t number) const {
-  const auto it = std::find_if(transitions.begin(), transitions.end(),
-                               [&](const DriveTransition& transition) { return transition.number == number; });
+  const auto it = std::ranges::find(transitions, number, &DriveTransition::number);
   return it == transitions.end() ? nullptr : &*it;
 }
 
 const OperationMode* DriveProfile::FindMode(std::int8_t value) const {
-  const auto it =
-      std::find_if(modes.begin(), modes.end(), [&](const OperationMode& mode) { return mode.value == value; });
+  const auto it = std::ranges::find(modes, value, &OperationMode::value);
   return it == modes.end() ? nullptr : &*it;
 }
 
 const FaultObject* DriveProfile::FindFaultObject(std::uint16_t index, std::uint8_t subindex) const {
-  const auto it = std::find_if(fault_objects.begin(), fault_objects.end(),
-                               [&](const FaultObject& object) { return object.Holds(index, subindex); });
+  const auto it =
+      std::ranges::find_if(fault_objects, [&](const FaultObject& object) { return object.Holds(index, subindex); });
   return it == fault_objects.end() ? nullptr : &*it;
 }
 

@@ -1,18 +1,13 @@
 #include "decoder/esc/al.h"
 
-#include <algorithm>
-#include <array>
 #include <bit>
+
+#include "decoder/base/names.h"
 
 namespace ecaudit::esc {
 namespace {
 
-struct CodeName {
-  std::uint16_t code;
-  std::string_view name;
-};
-
-constexpr auto kCodes = std::to_array<CodeName>({
+constexpr Named<std::uint16_t> kCodes[] = {
     {0x0000, "no error"},
     {0x0001, "unspecified error"},
     {0x0002, "no memory"},
@@ -76,25 +71,17 @@ constexpr auto kCodes = std::to_array<CodeName>({
     {0x0082, "temperature too low"},
     {0x0083, "temperature too high"},
     {0x00F0, "application controller available"},
-});
-static_assert(std::is_sorted(kCodes.begin(), kCodes.end(), [](auto& a, auto& b) { return a.code < b.code; }));
+};
 
 }  // namespace
 
 std::string_view StateName(AlState state) {
-  switch (state) {
-    case AlState::INIT:
-      return "INIT";
-    case AlState::PREOP:
-      return "PREOP";
-    case AlState::BOOT:
-      return "BOOT";
-    case AlState::SAFEOP:
-      return "SAFEOP";
-    case AlState::OP:
-      return "OP";
-  }
-  return "?";
+  static constexpr Named<AlState> kNames[] = {
+      {AlState::INIT, "INIT"},     {AlState::PREOP, "PREOP"}, {AlState::BOOT, "BOOT"},
+      {AlState::SAFEOP, "SAFEOP"}, {AlState::OP, "OP"},
+  };
+  const std::string_view name = NameIn(kNames, state);
+  return !name.empty() ? name : "?";
 }
 
 std::string StateName(std::uint8_t value) {
@@ -110,9 +97,7 @@ std::uint8_t StateFromName(std::string_view name) {
 }
 
 std::string_view AlStatusCodeName(std::uint16_t code) {
-  const auto found = std::lower_bound(kCodes.begin(), kCodes.end(), code,
-                                      [](const CodeName& entry, std::uint16_t value) { return entry.code < value; });
-  return found != kCodes.end() && found->code == code ? found->name : std::string_view{};
+  return NameIn(kCodes, code);
 }
 
 std::string StatesOfAllText(std::uint16_t status) {

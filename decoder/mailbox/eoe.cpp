@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::mailbox {
@@ -15,7 +16,7 @@ using Mac = std::array<std::uint8_t, 6>;
 Mac MacAt(ByteSpan bytes, std::size_t offset) {
   Mac mac{};
   const ByteSpan from = Slice(bytes, offset, mac.size());
-  std::copy(from.begin(), from.end(), mac.begin());
+  std::ranges::copy(from, mac.begin());
   return mac;
 }
 
@@ -35,66 +36,41 @@ void SummariseIpv4(ByteSpan packet, EthernetSummary& summary) {
 }  // namespace
 
 std::string Name(EoeType type) {
-  switch (type) {
-    case EoeType::kFragment:
-      return "fragment";
-    case EoeType::kTimestampResponse:
-      return "time stamp response";
-    case EoeType::kSetIpRequest:
-      return "set IP request";
-    case EoeType::kSetIpResponse:
-      return "set IP response";
-    case EoeType::kSetFilterRequest:
-      return "set address filter request";
-    case EoeType::kSetFilterResponse:
-      return "set address filter response";
-    case EoeType::kGetIpRequest:
-      return "get IP request";
-    case EoeType::kGetIpResponse:
-      return "get IP response";
-    case EoeType::kGetFilterRequest:
-      return "get address filter request";
-    case EoeType::kGetFilterResponse:
-      return "get address filter response";
-  }
-  return "type " + std::to_string(static_cast<unsigned>(type));
+  static constexpr Named<EoeType> kNames[] = {
+      {EoeType::kFragment, "fragment"},
+      {EoeType::kTimestampResponse, "time stamp response"},
+      {EoeType::kSetIpRequest, "set IP request"},
+      {EoeType::kSetIpResponse, "set IP response"},
+      {EoeType::kSetFilterRequest, "set address filter request"},
+      {EoeType::kSetFilterResponse, "set address filter response"},
+      {EoeType::kGetIpRequest, "get IP request"},
+      {EoeType::kGetIpResponse, "get IP response"},
+      {EoeType::kGetFilterRequest, "get address filter request"},
+      {EoeType::kGetFilterResponse, "get address filter response"},
+  };
+  const std::string_view name = NameIn(kNames, type);
+  return !name.empty() ? std::string(name) : "type " + std::to_string(static_cast<unsigned>(type));
 }
 
 std::string_view Describe(EoeFrame::Problem problem) {
-  switch (problem) {
-    case EoeFrame::Problem::kNone:
-      return "";
-    case EoeFrame::Problem::kNoStart:
-      return "the first fragment is not in the capture";
-    case EoeFrame::Problem::kFragmentMissing:
-      return "a fragment is missing";
-    case EoeFrame::Problem::kWrongOffset:
-      return "a fragment's offset does not continue the one before";
-    case EoeFrame::Problem::kWrongSize:
-      return "the fragments do not add up to the announced size";
-    case EoeFrame::Problem::kUnfinished:
-      return "the last fragment never came";
-  }
-  return "";
+  static constexpr Named<EoeFrame::Problem> kNames[] = {
+      {EoeFrame::Problem::kNone, ""},
+      {EoeFrame::Problem::kNoStart, "the first fragment is not in the capture"},
+      {EoeFrame::Problem::kFragmentMissing, "a fragment is missing"},
+      {EoeFrame::Problem::kWrongOffset, "a fragment's offset does not continue the one before"},
+      {EoeFrame::Problem::kWrongSize, "the fragments do not add up to the announced size"},
+      {EoeFrame::Problem::kUnfinished, "the last fragment never came"},
+  };
+  static_assert(NamesAll(kNames, EoeFrame::Problem::kUnfinished));
+  return NameIn(kNames, problem);
 }
 
 std::string_view EoeResultText(std::uint16_t result) {
-  switch (result) {
-    case 0x0000:
-      return "success";
-    case 0x0001:
-      return "unspecified error";
-    case 0x0002:
-      return "unsupported frame type";
-    case 0x0201:
-      return "no IP support";
-    case 0x0202:
-      return "DHCP not supported";
-    case 0x0401:
-      return "no filter support";
-    default:
-      return "";
-  }
+  static constexpr Named<std::uint16_t> kNames[] = {
+      {0x0000, "success"},       {0x0001, "unspecified error"},  {0x0002, "unsupported frame type"},
+      {0x0201, "no IP support"}, {0x0202, "DHCP not supported"}, {0x0401, "no filter support"},
+  };
+  return NameIn(kNames, result);
 }
 
 EoeIpParameters ParseIpParameters(ByteSpan data) {
@@ -114,7 +90,7 @@ EoeIpParameters ParseIpParameters(ByteSpan data) {
   if (has(4, 22, 4)) parameters.dns_server = LittleEndian<std::uint32_t>(data, 22);
   if (has(5, 26, 1)) {
     const ByteSpan name = Slice(data, 26, 32);
-    parameters.dns_name = name.first(static_cast<std::size_t>(std::find(name.begin(), name.end(), 0) - name.begin()));
+    parameters.dns_name = name.first(static_cast<std::size_t>(std::ranges::find(name, 0) - name.begin()));
   }
   return parameters;
 }

@@ -3,24 +3,21 @@
 #include <algorithm>
 #include <iterator>
 
+#include "decoder/base/names.h"
+
 namespace ecaudit::mailbox {
 
 std::string Name(FoeOperation operation) {
-  switch (operation) {
-    case FoeOperation::kReadRequest:
-      return "read request";
-    case FoeOperation::kWriteRequest:
-      return "write request";
-    case FoeOperation::kData:
-      return "data";
-    case FoeOperation::kAcknowledge:
-      return "acknowledge";
-    case FoeOperation::kError:
-      return "error";
-    case FoeOperation::kBusy:
-      return "busy";
-  }
-  return "operation " + std::to_string(static_cast<unsigned>(operation));
+  static constexpr Named<FoeOperation> kNames[] = {
+      {FoeOperation::kReadRequest, "read request"},
+      {FoeOperation::kWriteRequest, "write request"},
+      {FoeOperation::kData, "data"},
+      {FoeOperation::kAcknowledge, "acknowledge"},
+      {FoeOperation::kError, "error"},
+      {FoeOperation::kBusy, "busy"},
+  };
+  const std::string_view name = NameIn(kNames, operation);
+  return !name.empty() ? std::string(name) : "operation " + std::to_string(static_cast<unsigned>(operation));
 }
 
 std::string_view FoeErrorText(std::uint32_t code) {

@@ -1,18 +1,13 @@
 #include "decoder/mailbox/sdo.h"
 
 #include <algorithm>
-#include <iterator>
+
+#include "decoder/base/names.h"
 
 namespace ecaudit::mailbox {
 namespace {
 
-struct AbortText {
-  std::uint32_t code;
-  std::string_view text;
-};
-
-// Sorted by code.
-constexpr AbortText kAbortTexts[] = {
+constexpr Named<std::uint32_t> kAbortTexts[] = {
     {0x05030000, "toggle bit not alternated"},
     {0x05040000, "SDO protocol timeout"},
     {0x05040001, "command specifier not valid or unknown"},
@@ -146,9 +141,7 @@ SdoMessage ParseSdo(ByteSpan sdo, Direction direction) {
 }
 
 std::string_view AbortCodeText(std::uint32_t code) {
-  const auto* found = std::lower_bound(std::begin(kAbortTexts), std::end(kAbortTexts), code,
-                                       [](const AbortText& entry, std::uint32_t value) { return entry.code < value; });
-  return found != std::end(kAbortTexts) && found->code == code ? found->text : std::string_view();
+  return NameIn(kAbortTexts, code);
 }
 
 }  // namespace ecaudit::mailbox

@@ -1,5 +1,7 @@
 #include "decoder/mailbox/sdo_info.h"
 
+#include "decoder/base/names.h"
+
 namespace ecaudit::mailbox {
 namespace {
 
@@ -40,23 +42,17 @@ std::string States(unsigned bits) {
 }  // namespace
 
 std::string Name(SdoInfoOpcode opcode) {
-  switch (opcode) {
-    case SdoInfoOpcode::kListRequest:
-      return "object list request";
-    case SdoInfoOpcode::kListResponse:
-      return "object list response";
-    case SdoInfoOpcode::kObjectRequest:
-      return "object description request";
-    case SdoInfoOpcode::kObjectResponse:
-      return "object description response";
-    case SdoInfoOpcode::kEntryRequest:
-      return "entry description request";
-    case SdoInfoOpcode::kEntryResponse:
-      return "entry description response";
-    case SdoInfoOpcode::kError:
-      return "SDO information error";
-  }
-  return "opcode " + std::to_string(static_cast<unsigned>(opcode));
+  static constexpr Named<SdoInfoOpcode> kNames[] = {
+      {SdoInfoOpcode::kListRequest, "object list request"},
+      {SdoInfoOpcode::kListResponse, "object list response"},
+      {SdoInfoOpcode::kObjectRequest, "object description request"},
+      {SdoInfoOpcode::kObjectResponse, "object description response"},
+      {SdoInfoOpcode::kEntryRequest, "entry description request"},
+      {SdoInfoOpcode::kEntryResponse, "entry description response"},
+      {SdoInfoOpcode::kError, "SDO information error"},
+  };
+  const std::string_view name = NameIn(kNames, opcode);
+  return !name.empty() ? std::string(name) : "opcode " + std::to_string(static_cast<unsigned>(opcode));
 }
 
 std::string ListTypeName(std::uint16_t list_type) {

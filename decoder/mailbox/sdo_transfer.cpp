@@ -1,5 +1,7 @@
 #include "decoder/mailbox/sdo_transfer.h"
 
+#include "decoder/base/names.h"
+
 namespace ecaudit::mailbox {
 namespace {
 
@@ -51,25 +53,18 @@ std::string_view Name(SdoTransferKind kind) {
 }
 
 std::string_view Name(SdoOutcome outcome) {
-  switch (outcome) {
-    case SdoOutcome::kCompleted:
-      return "completed";
-    case SdoOutcome::kAborted:
-      return "aborted";
-    case SdoOutcome::kMailboxError:
-      return "mailbox error";
-    case SdoOutcome::kSuperseded:
-      return "superseded";
-    case SdoOutcome::kCaptureEnd:
-      return "unfinished at the end of the capture";
-    case SdoOutcome::kReset:
-      return "unfinished when the mailbox was reset";
-    case SdoOutcome::kNotCaptured:
-      return "answer not captured";
-    case SdoOutcome::kGap:
-      return "frames missing from the capture";
-  }
-  return "";
+  static constexpr Named<SdoOutcome> kNames[] = {
+      {SdoOutcome::kCompleted, "completed"},
+      {SdoOutcome::kAborted, "aborted"},
+      {SdoOutcome::kMailboxError, "mailbox error"},
+      {SdoOutcome::kSuperseded, "superseded"},
+      {SdoOutcome::kCaptureEnd, "unfinished at the end of the capture"},
+      {SdoOutcome::kReset, "unfinished when the mailbox was reset"},
+      {SdoOutcome::kNotCaptured, "answer not captured"},
+      {SdoOutcome::kGap, "frames missing from the capture"},
+  };
+  static_assert(NamesAll(kNames, SdoOutcome::kGap));
+  return NameIn(kNames, outcome);
 }
 
 std::string_view Describe(SdoUnexpected::Reason reason) {

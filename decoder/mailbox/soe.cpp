@@ -1,18 +1,12 @@
 #include "decoder/mailbox/soe.h"
 
-#include <algorithm>
-#include <iterator>
+#include "decoder/base/names.h"
 
 namespace ecaudit::mailbox {
 namespace {
 
-struct SoeError {
-  std::uint16_t code;
-  std::string_view text;
-};
-
-// Sorted by code: the first digit names the element (2 name, 3 attribute, 4 unit, 5 minimum, 6 maximum, 7 data).
-constexpr SoeError kErrors[] = {
+// The first digit names the element (2 name, 3 attribute, 4 unit, 5 minimum, 6 maximum, 7 data).
+constexpr Named<std::uint16_t> kErrors[] = {
     {0x1001, "IDN does not exist"},
     {0x1009, "invalid access to element 1"},
     {0x2001, "no name"},
@@ -64,21 +58,13 @@ constexpr SoeError kErrors[] = {
 }  // namespace
 
 std::string Name(SoeOperation operation) {
-  switch (operation) {
-    case SoeOperation::kReadRequest:
-      return "read request";
-    case SoeOperation::kReadResponse:
-      return "read response";
-    case SoeOperation::kWriteRequest:
-      return "write request";
-    case SoeOperation::kWriteResponse:
-      return "write response";
-    case SoeOperation::kNotification:
-      return "notification";
-    case SoeOperation::kEmergency:
-      return "emergency";
-  }
-  return "operation " + std::to_string(static_cast<unsigned>(operation));
+  static constexpr Named<SoeOperation> kNames[] = {
+      {SoeOperation::kReadRequest, "read request"},   {SoeOperation::kReadResponse, "read response"},
+      {SoeOperation::kWriteRequest, "write request"}, {SoeOperation::kWriteResponse, "write response"},
+      {SoeOperation::kNotification, "notification"},  {SoeOperation::kEmergency, "emergency"},
+  };
+  const std::string_view name = NameIn(kNames, operation);
+  return !name.empty() ? std::string(name) : "operation " + std::to_string(static_cast<unsigned>(operation));
 }
 
 std::string IdnName(std::uint16_t idn) {
@@ -100,9 +86,7 @@ std::string ElementNames(std::uint8_t elements) {
 }
 
 std::string_view SoeErrorText(std::uint16_t code) {
-  const auto* found = std::lower_bound(std::begin(kErrors), std::end(kErrors), code,
-                                       [](const SoeError& entry, std::uint16_t value) { return entry.code < value; });
-  return found != std::end(kErrors) && found->code == code ? found->text : std::string_view();
+  return NameIn(kErrors, code);
 }
 
 }  // namespace ecaudit::mailbox
