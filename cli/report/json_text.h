@@ -144,10 +144,16 @@ class JsonArray {
   void AddDocument(std::string_view json);
   /// Adds an object that `write(JsonObject&)` fills.
   template <typename Write>
-  void AddObject(Write&& write);
+  void AddObject(Write&& write) {
+    text_.Element();
+    text_.Object(write);
+  }
   /// Adds an array that `write(JsonArray&)` fills.
   template <typename Write>
-  void AddArray(Write&& write);
+  void AddArray(Write&& write) {
+    text_.Element();
+    text_.Array(write);
+  }
 
  private:
   JsonText& text_;
@@ -175,19 +181,36 @@ class JsonObject {
 
   /// A member that `write(JsonObject&)` fills.
   template <typename Write>
-  void Object(std::string_view key, Write&& write);
+  void Object(std::string_view key, Write&& write) {
+    text_.Key(key);
+    text_.Object(write);
+  }
   /// A member that `write(JsonObject&, *value)` fills; null where `value` is unset.
   template <typename T, typename Write>
-  void ObjectOrNull(std::string_view key, const std::optional<T>& value, Write&& write);
+  void ObjectOrNull(std::string_view key, const std::optional<T>& value, Write&& write) {
+    if (!value) return Put(key, nullptr);
+    Object(key, [&](JsonObject& object) { write(object, *value); });
+  }
   /// A member that `write(JsonArray&)` fills.
   template <typename Write>
-  void Array(std::string_view key, Write&& write);
+  void Array(std::string_view key, Write&& write) {
+    text_.Key(key);
+    text_.Array(write);
+  }
   /// An array of values that are written as they are.
   template <typename Range>
-  void Values(std::string_view key, const Range& values);
+  void Values(std::string_view key, const Range& values) {
+    Array(key, [&](JsonArray& array) {
+      for (const auto& value : values) array.Add(value);
+    });
+  }
   /// An array with an object for each of `items`, which `write(JsonObject&, item)` fills.
   template <typename Range, typename Write>
-  void List(std::string_view key, const Range& items, Write&& write);
+  void List(std::string_view key, const Range& items, Write&& write) {
+    Array(key, [&](JsonArray& array) {
+      for (const auto& item : items) array.AddObject([&](JsonObject& object) { write(object, item); });
+    });
+  }
 
  private:
   JsonText& text_;
@@ -212,9 +235,6 @@ void WriteJsonDocument(const TextSink& sink, Write&& write) {
 /// The member "tool" that names the program in each of our documents.
 void PutTool(JsonObject& out, std::string_view version);
 
-// --- templates: they only open, call and close
-// ------------------------------------------------------------------------
-
 template <typename Write>
 void JsonText::Object(Write&& write) {
   Open('{');
@@ -229,50 +249,6 @@ void JsonText::Array(Write&& write) {
   JsonArray array(*this);
   write(array);
   Close(']');
-}
-
-template <typename Write>
-void JsonArray::AddObject(Write&& write) {
-  text_.Element();
-  text_.Object(write);
-}
-
-template <typename Write>
-void JsonArray::AddArray(Write&& write) {
-  text_.Element();
-  text_.Array(write);
-}
-
-template <typename Write>
-void JsonObject::Object(std::string_view key, Write&& write) {
-  text_.Key(key);
-  text_.Object(write);
-}
-
-template <typename T, typename Write>
-void JsonObject::ObjectOrNull(std::string_view key, const std::optional<T>& value, Write&& write) {
-  if (!value) return Put(key, nullptr);
-  Object(key, [&](JsonObject& object) { write(object, *value); });
-}
-
-template <typename Write>
-void JsonObject::Array(std::string_view key, Write&& write) {
-  text_.Key(key);
-  text_.Array(write);
-}
-
-template <typename Range>
-void JsonObject::Values(std::string_view key, const Range& values) {
-  Array(key, [&](JsonArray& array) {
-    for (const auto& value : values) array.Add(value);
-  });
-}
-
-template <typename Range, typename Write>
-void JsonObject::List(std::string_view key, const Range& items, Write&& write) {
-  Array(key, [&](JsonArray& array) {
-    for (const auto& item : items) array.AddObject([&](JsonObject& object) { write(object, item); });
-  });
 }
 
 }  // namespace ecaudit::report
