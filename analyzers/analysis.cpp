@@ -125,8 +125,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   NumberFindings(result.findings);
   progress::Climb(*observation.progress(), result);
   result.not_evaluable = store.not_evaluable();
-  std::stable_sort(result.not_evaluable.begin(), result.not_evaluable.end(),
-                   [](const NotEvaluable& a, const NotEvaluable& b) { return a.rule < b.rule; });
+  std::ranges::stable_sort(result.not_evaluable, {}, &NotEvaluable::rule);
   result.capture.earlier_left_out = (options.from_s || options.from_frame) && result.capture.first.number > 1;
   result.capture_next = WhatToCaptureNext(result);
   const CrowdedLists lists = LeaveOutCrowdedLists(observation.pipeline(), result);

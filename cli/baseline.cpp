@@ -94,16 +94,15 @@ std::string_view NameIn(std::string_view path) {
 bool IsFor(const Acceptance& accepted, const Place& place) {
   const std::vector<std::string>& devices = accepted.devices;
   if (devices.empty() && accepted.captures.empty()) return true;
-  if (std::find(devices.begin(), devices.end(), "*") != devices.end()) return true;
+  if (std::ranges::find(devices, "*") != devices.end()) return true;
   if (!devices.empty() && !place.devices.empty()) {
     // The rest of a bus may be out of sight; what is in sight is not another device.
-    return std::all_of(place.devices.begin(), place.devices.end(), [&](const std::string& device) {
-      return std::find(devices.begin(), devices.end(), device) != devices.end();
-    });
+    return std::ranges::all_of(
+        place.devices, [&](const std::string& device) { return std::ranges::find(devices, device) != devices.end(); });
   }
   const std::string name(NameIn(place.capture));
-  return std::any_of(accepted.captures.begin(), accepted.captures.end(),
-                     [&](const std::string& pattern) { return system::MatchesPattern(name, pattern); });
+  return std::ranges::any_of(accepted.captures,
+                             [&](const std::string& pattern) { return system::MatchesPattern(name, pattern); });
 }
 
 /// Whether a finding is known, and its reason.
@@ -124,7 +123,7 @@ void Add(const Fingerprint& fingerprint, const std::string& title, const Place& 
          Baseline& all) {
   const std::string pattern = PatternOf(place.capture);
   const auto add_pattern = [&pattern](std::vector<std::string>& patterns) {
-    const auto at = std::lower_bound(patterns.begin(), patterns.end(), pattern);
+    const auto at = std::ranges::lower_bound(patterns, pattern);
     if (at == patterns.end() || *at != pattern) patterns.insert(at, pattern);
   };
   const auto [begin, end] = all.equal_range(fingerprint);
@@ -156,7 +155,7 @@ std::vector<std::string> DevicesOf(const AnalysisResult& result) {
   std::vector<std::string> devices;
   for (const SlaveSummary& slave : result.slaves) {
     std::string device = report::ProductText(slave.identity.vendor_id, slave.identity.product_code);
-    const auto at = std::lower_bound(devices.begin(), devices.end(), device);
+    const auto at = std::ranges::lower_bound(devices, device);
     if (!device.empty() && (at == devices.end() || *at != device)) devices.insert(at, std::move(device));
   }
   return devices;
@@ -178,8 +177,8 @@ Place PlaceOf(const report::FindingDigest& finding, const report::CaptureDigest&
 /// Whether the capture could show what the entry accepts. A slave is one of several on the bus.
 bool Concerns(const Acceptance& accepted, const report::CaptureDigest& capture) {
   if (IsFor(accepted, {capture.path, capture.devices})) return true;
-  return std::any_of(accepted.devices.begin(), accepted.devices.end(), [&](const std::string& device) {
-    return std::find(capture.devices.begin(), capture.devices.end(), device) != capture.devices.end();
+  return std::ranges::any_of(accepted.devices, [&](const std::string& device) {
+    return std::ranges::find(capture.devices, device) != capture.devices.end();
   });
 }
 
@@ -187,11 +186,11 @@ bool Concerns(const Acceptance& accepted, const report::CaptureDigest& capture) 
 /// ExpiredEntries() reports that.
 bool Ran(std::string_view rule, const report::CaptureDigest& capture) {
   const auto is_off = [rule](const auto& setting) { return setting.first == rule && setting.second == "off"; };
-  if (std::any_of(capture.rules.begin(), capture.rules.end(), is_off)) return false;
+  if (std::ranges::any_of(capture.rules, is_off)) return false;
   const RuleInfo* const info = FindRule(rule);
   if (capture.coverage.empty() || info == nullptr) return true;  // a report of the first versions
-  const auto of_rule = std::find_if(capture.coverage.begin(), capture.coverage.end(),
-                                    [rule](const auto& coverage) { return coverage.rule == rule; });
+  const auto of_rule =
+      std::ranges::find_if(capture.coverage, [rule](const auto& coverage) { return coverage.rule == rule; });
   // `startup` leaves out all rules but its own.
   if (of_rule == capture.coverage.end()) return false;
   return SubjectOf(*info) != Subject::kExpectation || of_rule->count.applicable() > 0;
@@ -203,7 +202,7 @@ void KeepOfOtherRules(std::span<const report::CaptureDigest> captures, const Bas
     const auto is_open = [&rule = fingerprint.rule, &entry = accepted](const report::CaptureDigest& capture) {
       return Concerns(entry, capture) && !Ran(rule, capture);
     };
-    if (std::none_of(captures.begin(), captures.end(), is_open)) continue;
+    if (std::ranges::none_of(captures, is_open)) continue;
     const auto [begin, end] = all.equal_range(fingerprint);
     const bool listed = std::any_of(begin, end, [&entry = accepted](const auto& other) {
       return other.second.devices == entry.devices && other.second.captures == entry.captures;
@@ -319,7 +318,7 @@ namespace {
 bool IsOfHiddenSlave(const Fingerprint& fingerprint, const report::CaptureDigest& capture) {
   const std::vector<std::string>& shown = capture.selection.slaves;
   return fingerprint.slave && !shown.empty() &&
-         std::find(shown.begin(), shown.end(), std::to_string(*fingerprint.slave)) == shown.end();
+         std::ranges::find(shown, std::to_string(*fingerprint.slave)) == shown.end();
 }
 
 }  // namespace
@@ -350,14 +349,14 @@ std::vector<std::string> UnmatchedEntries(const Baseline& baseline,
     const auto concerns = [&identity = fingerprint, &entry = accepted](const auto* capture) {
       return Concerns(entry, *capture) || IsOfHiddenSlave(identity, *capture);
     };
-    if (std::none_of(captures.begin(), captures.end(), concerns)) {
+    if (std::ranges::none_of(captures, concerns)) {
       ++elsewhere;
       continue;
     }
     const auto is_open = [&rule = fingerprint.rule, &concerns](const auto* capture) {
       return concerns(capture) && !Ran(rule, *capture);
     };
-    if (std::any_of(partly.begin(), partly.end(), concerns) || std::any_of(captures.begin(), captures.end(), is_open)) {
+    if (std::ranges::any_of(partly, concerns) || std::ranges::any_of(captures, is_open)) {
       ++hidden;
       continue;
     }

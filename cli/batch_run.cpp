@@ -113,8 +113,8 @@ class Batch {
     results_.assign(jobs.size(), {});
     // The longest first, so that no worker is left alone with one at the end.
     std::iota(order_.begin(), order_.end(), std::size_t{0});
-    std::stable_sort(order_.begin(), order_.end(),
-                     [&jobs](std::size_t a, std::size_t b) { return jobs[a].origin.bytes > jobs[b].origin.bytes; });
+    std::ranges::stable_sort(
+        order_, [&jobs](std::size_t a, std::size_t b) { return jobs[a].origin.bytes > jobs[b].origin.bytes; });
     for (const BatchJob& job : jobs) bytes_to_do_ += job.origin.bytes;
     workers_.reserve(options.workers);
     for (std::size_t i = 0; i < std::min<std::size_t>(options.workers, jobs.size()); ++i) workers_.emplace_back();
@@ -126,8 +126,7 @@ class Batch {
       for (BatchWorker& worker : workers_) {
         if (!worker.busy()) GiveNext(worker);
       }
-      if (std::none_of(workers_.begin(), workers_.end(), [](const BatchWorker& worker) { return worker.busy(); }))
-        break;
+      if (std::ranges::none_of(workers_, [](const BatchWorker& worker) { return worker.busy(); })) break;
       WaitAndRead();
       Show(progress);
     }

@@ -25,7 +25,7 @@ ExitStatus CaptureRun::Interrupted(Console& console, const std::string& message)
 }
 
 std::optional<Error> CaptureRun::Prepare() {
-  if (std::count(options.captures.begin(), options.captures.end(), "-") > 1) {
+  if (std::ranges::count(options.captures, "-") > 1) {
     return Error{"standard input (-) can be read only once"};
   }
   for (const std::string& capture : options.captures) {
@@ -101,8 +101,8 @@ void CaptureRun::ReportUnmet(const report::Report& report, Console& console) {
 }
 
 void CaptureRun::ReportUnmatched(const report::Report& report, Console& console) const {
-  const bool any = std::any_of(report.captures.begin(), report.captures.end(),
-                               [](const report::CaptureReport& capture) { return !capture.baseline.empty(); });
+  const bool any = std::ranges::any_of(report.captures,
+                                       [](const report::CaptureReport& capture) { return !capture.baseline.empty(); });
   if (any && !interrupted_) baselines_.WarnOfUnmatched(DigestOf(report).captures, console);
 }
 

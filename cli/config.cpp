@@ -66,7 +66,7 @@ std::optional<Error> ReadParameters(JsonValue value, Config& config) {
 std::optional<Error> ReadLimits(JsonValue value, Config& config) {
   if (!value.is_object()) return Wrong(config.path, "'limits' must be an object");
   for (const auto& [name, limit] : value.Members()) {
-    if (std::find(kLimits.begin(), kLimits.end(), name) == kLimits.end()) {
+    if (std::ranges::find(kLimits, name) == kLimits.end()) {
       return Wrong(config.path, "unknown limit '" + std::string(name) + "'" + Suggestion(name, kLimits, ""));
     }
     const double ms = limit.number().value_or(0.0);

@@ -16,7 +16,7 @@ namespace {
 /// Fills in the lines of the frames, which the counter had no room for, by reading the capture again up to the last of
 /// them. One that cannot be read twice leaves them at 0.
 void CountAgain(std::span<const std::string> paths, std::map<FrameNo, std::uint64_t>& wanted) {
-  if (wanted.empty() || !std::all_of(paths.begin(), paths.end(), &Spool::CanBeReadTwice)) return;
+  if (wanted.empty() || !std::ranges::all_of(paths, &Spool::CanBeReadTwice)) return;
   auto source = CapturePaths({paths.begin(), paths.end()}).Open();
   if (!source) return;
   std::uint64_t line = 2;  // the first one holds the titles of the columns

@@ -34,8 +34,8 @@ std::optional<Error> AddFolder(const std::string& folder, DeviceFiles& files, st
   for (const std::string& name : *names) {
     const std::filesystem::path path = std::filesystem::path(folder) / name;
     std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::ranges::transform(extension, extension.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     if (extension == ".xml") paths.push_back(path);
   }
   const std::size_t before = files.esi.size();

@@ -68,8 +68,7 @@ class Reader {
     for (std::size_t i = 0; i < slaves.size() && !error_; ++i) {
       expectation.slaves.push_back(Slave(slaves.element(i), "slaves[" + std::to_string(i) + "]", i));
     }
-    std::stable_sort(expectation.slaves.begin(), expectation.slaves.end(),
-                     [](const ExpectedSlave& a, const ExpectedSlave& b) { return a.position < b.position; });
+    std::ranges::stable_sort(expectation.slaves, {}, &ExpectedSlave::position);
     return expectation;
   }
 
@@ -90,7 +89,7 @@ class Reader {
       return false;
     }
     for (const auto& [key, value] : object.Members()) {
-      if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+      if (std::ranges::find(known, key) != known.end()) continue;
       Fail(At(where, Printable(key)), "unknown key" + Suggestion(key, {known.begin(), known.end()}, ""));
       return false;
     }
@@ -334,7 +333,7 @@ Result<std::shared_ptr<const Expectation>> ReadEniExpectation(const std::string&
 /// Any capture would be as expected.
 bool ExpectsNothing(const Expectation& e) {
   return !e.strict && e.slaves.empty() && e.bus.empty() &&
-         std::none_of(e.limits.begin(), e.limits.end(), [](const auto& limit) { return limit.has_value(); });
+         std::ranges::none_of(e.limits, [](const auto& limit) { return limit.has_value(); });
 }
 
 /// Short values as people write them; structures of registers and complete access as bytes.

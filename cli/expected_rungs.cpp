@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint32_t kEnableOperation = 0x0008;
 
 bool Expects(const ExpectedSlave& slave, StartupKey::Kind kind, auto&& fits) {
-  return std::any_of(slave.steps.begin(), slave.steps.end(), [&](const ExpectedStep& step) {
+  return std::ranges::any_of(slave.steps, [&](const ExpectedStep& step) {
     return step.succeeds && step.key.kind == kind && fits(step.key.address);
   });
 }
@@ -32,12 +32,11 @@ void AddMissing(const SlaveSummary& slave, const SlaveNames& names, const Rung* 
 }
 
 bool IsReported(const SlaveSummary& slave, const AnalysisResult& result) {
-  return std::any_of(result.findings.begin(), result.findings.end(),
-                     [&](const Finding& finding) { return finding.slave == slave.id; });
+  return std::ranges::any_of(result.findings, [&](const Finding& finding) { return finding.slave == slave.id; });
 }
 
 bool EndsBefore(const SlaveSummary& slave, const AnalysisResult& result) {
-  return std::any_of(result.not_evaluable.begin(), result.not_evaluable.end(), [&](const NotEvaluable& entry) {
+  return std::ranges::any_of(result.not_evaluable, [&](const NotEvaluable& entry) {
     return entry.slave == slave.id && entry.reason.code == ReasonCode::kCaptureEnds;
   });
 }

@@ -47,8 +47,8 @@ class Expansion {
   }
 
   [[nodiscard]] FileList Take() {
-    std::sort(list_.files.begin(), list_.files.end());
-    std::sort(list_.passed_over.begin(), list_.passed_over.end());
+    std::ranges::sort(list_.files);
+    std::ranges::sort(list_.passed_over);
     return std::move(list_);
   }
 
@@ -111,8 +111,7 @@ class Expansion {
 
 std::string Lower(std::string_view text) {
   std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(out, out.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return out;
 }
 

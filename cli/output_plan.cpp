@@ -26,8 +26,7 @@ Result<std::size_t> NamedFormat(std::string_view name, std::span<const OutputFor
 /// In small letters, and with the usual name for another one: "REP.HTM" gives "rep.html".
 std::string PlainEnding(std::string_view given) {
   std::string path(given);
-  std::transform(path.begin(), path.end(), path.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(path, path.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   for (const auto& [other, usual] : {std::pair(".htm", ".html"), std::pair(".markdown", ".md")}) {
     if (path.ends_with(other)) return path.substr(0, path.rfind('.')) + usual;
   }
@@ -106,7 +105,7 @@ Result<std::vector<OutputTarget>> PlanOutputs(const OutputOptions& options, std:
     if (target.standard() || !names_format) to_stdout = false;
     if (!target.standard()) {
       if (auto error = files.Writes(target.path)) return *error;
-    } else if (std::any_of(targets.begin(), targets.end(), [](const OutputTarget& t) { return t.standard(); })) {
+    } else if (std::ranges::any_of(targets, [](const OutputTarget& t) { return t.standard(); })) {
       return Error{"two outputs have standard output as their path"};
     }
     if (!target.standard() && !names_format && !chosen && !FormatOfPath(output, formats)) {

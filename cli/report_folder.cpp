@@ -31,8 +31,8 @@ constexpr std::size_t kTemporaryEnding = 7;
 
 std::string ReportName(const std::string& capture) {
   std::string name = fs::path(capture).filename().string().substr(0, kLongestName);
-  std::replace_if(
-      name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }, '_');
+  std::ranges::replace_if(
+      name, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }, '_');
   return name + "-" + Hex(report::StableHash(capture), 16).substr(2, 12) + ".json";
 }
 
@@ -44,11 +44,11 @@ std::optional<Error> MakeReportFolder(const std::string& folder) {
 
 void RemoveUnfinished(const std::string& folder, std::span<const std::string> report_names) {
   std::vector<std::string_view> names(report_names.begin(), report_names.end());
-  std::sort(names.begin(), names.end());
+  std::ranges::sort(names);
   for (const std::string& name : system::NamesIn(folder).value_or(std::vector<std::string>())) {
     if (name.size() <= kTemporaryEnding || name[name.size() - kTemporaryEnding] != '.') continue;
     const std::string_view whole = std::string_view(name).substr(0, name.size() - kTemporaryEnding);
-    if (std::binary_search(names.begin(), names.end(), whole)) system::Remove((fs::path(folder) / name).string());
+    if (std::ranges::binary_search(names, whole)) system::Remove((fs::path(folder) / name).string());
   }
 }
 

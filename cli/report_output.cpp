@@ -44,13 +44,11 @@ Result<ReportOutput> ReportOutput::Plan(const OutputOptions& options, std::vecto
 }
 
 bool ReportOutput::draws() const {
-  return std::any_of(targets_.begin(), targets_.end(),
-                     [this](const OutputTarget& target) { return formats_[target.format].draws; });
+  return std::ranges::any_of(targets_, [this](const OutputTarget& target) { return formats_[target.format].draws; });
 }
 
 bool ReportOutput::lines() const {
-  return std::any_of(targets_.begin(), targets_.end(),
-                     [this](const OutputTarget& target) { return formats_[target.format].lines; });
+  return std::ranges::any_of(targets_, [this](const OutputTarget& target) { return formats_[target.format].lines; });
 }
 
 namespace {

@@ -196,7 +196,7 @@ Result<Requirements> ParseRequirements(std::string_view text) {
       if (!out.reached) return Wrong(text, "reached must be INIT, PREOP, BOOT, SAFEOP or OP");
     } else if (name == "axis") {
       if (!out.axis.empty()) return Wrong(text, std::string(name) + " appears twice");
-      if (std::find(kAxisRungs.begin(), kAxisRungs.end(), value) == kAxisRungs.end()) {
+      if (std::ranges::find(kAxisRungs, value) == kAxisRungs.end()) {
         return Wrong(text, "axis must be enabled, commanded or follows");
       }
       out.axis = value;

@@ -18,7 +18,7 @@ bool Selects(const SlaveSelector& selector, const SlaveSummary& slave) {
   if (!selector.name.empty()) {
     // Names come from the device, with blanks at their end and letters in any case.
     const std::string name = report::OneLine(slave.name);
-    return std::equal(name.begin(), name.end(), selector.name.begin(), selector.name.end(), [](char a, char b) {
+    return std::ranges::equal(name, selector.name, [](char a, char b) {
       return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
     });
   }
@@ -48,8 +48,7 @@ std::string NameOf(const SlaveSelector& selector, const SlaveNames& names) {
 std::vector<std::string> MissingSlaves(std::span<const SlaveSelector> selectors, const AnalysisResult& result) {
   std::vector<std::string> missing;
   for (const SlaveSelector& selector : selectors) {
-    if (std::none_of(result.slaves.begin(), result.slaves.end(),
-                     [&](const SlaveSummary& slave) { return Selects(selector, slave); })) {
+    if (std::ranges::none_of(result.slaves, [&](const SlaveSummary& slave) { return Selects(selector, slave); })) {
       missing.push_back(NameOf(selector, result.slave_names));
     }
   }
@@ -59,12 +58,11 @@ std::vector<std::string> MissingSlaves(std::span<const SlaveSelector> selectors,
 std::vector<std::string> UnmetSlaves(const AnalysisOptions& options, const AnalysisResult& result) {
   std::vector<std::string> unmet;
   const auto look = [&](const SlaveSelector& selector) {
-    if (std::any_of(result.slaves.begin(), result.slaves.end(),
-                    [&](const SlaveSummary& slave) { return Selects(selector, slave); })) {
+    if (std::ranges::any_of(result.slaves, [&](const SlaveSummary& slave) { return Selects(selector, slave); })) {
       return;
     }
     std::string name = NameOf(selector, result.slave_names);
-    if (std::find(unmet.begin(), unmet.end(), name) == unmet.end()) unmet.push_back(std::move(name));
+    if (std::ranges::find(unmet, name) == unmet.end()) unmet.push_back(std::move(name));
   };
   for (const auto& [selector, profile] : options.slave_profiles) look(selector);
   for (const GivenParameter& parameter : options.parameters) {
@@ -77,8 +75,8 @@ std::size_t KeepSlaves(std::span<const SlaveSelector> selectors, AnalysisResult&
   if (selectors.empty()) return result.slaves.size();
   const auto selected = [&](SlaveId id) {
     const SlaveSummary* slave = result.slave(id);
-    return slave == nullptr || std::any_of(selectors.begin(), selectors.end(),
-                                           [&](const SlaveSelector& selector) { return Selects(selector, *slave); });
+    return slave == nullptr ||
+           std::ranges::any_of(selectors, [&](const SlaveSelector& selector) { return Selects(selector, *slave); });
   };
 
   const std::vector<Finding>& findings = result.findings;
@@ -93,13 +91,13 @@ std::size_t KeepSlaves(std::span<const SlaveSelector> selectors, AnalysisResult&
 
   // Slaves that a kept cause belongs to stay, so that the finding keeps its position and name.
   const auto cited = [&](SlaveId id) {
-    return std::any_of(findings.begin(), findings.end(), [id](const Finding& f) { return f.slave == id; });
+    return std::ranges::any_of(findings, [id](const Finding& f) { return f.slave == id; });
   };
   std::size_t matching = 0;
   std::vector<SlaveSummary> kept_slaves;
   for (SlaveSummary& slave : result.slaves) {
-    const bool named = std::any_of(selectors.begin(), selectors.end(),
-                                   [&](const SlaveSelector& selector) { return Selects(selector, slave); });
+    const bool named =
+        std::ranges::any_of(selectors, [&](const SlaveSelector& selector) { return Selects(selector, slave); });
     if (named) ++matching;
     if (named || cited(slave.id)) kept_slaves.push_back(std::move(slave));
   }

@@ -9,10 +9,9 @@
 namespace ecaudit::cli {
 
 void SortCaptures(report::Digest& digest) {
-  std::sort(digest.captures.begin(), digest.captures.end(),
-            [](const report::CaptureDigest& a, const report::CaptureDigest& b) {
-              return std::tie(a.path, a.report) < std::tie(b.path, b.report);
-            });
+  std::ranges::sort(digest.captures, [](const report::CaptureDigest& a, const report::CaptureDigest& b) {
+    return std::tie(a.path, a.report) < std::tie(b.path, b.report);
+  });
 }
 
 ExitStatus Deliver(const report::Digest& digest, const ReportOutput& output,

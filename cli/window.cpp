@@ -31,7 +31,7 @@ bool Touches(const Finding& finding, FrameNo first, FrameNo last) {
   const FrameNo end = std::max({begin, finding.last.number, finding.until});
   if (begin == 0 && finding.related_frames.empty()) return true;
   if (begin != 0 && begin <= last && end >= first) return true;
-  return std::any_of(finding.related_frames.begin(), finding.related_frames.end(), inside);
+  return std::ranges::any_of(finding.related_frames, inside);
 }
 
 report::OutsideWindow KeepWindow(FrameNo first, FrameNo last, AnalysisResult& result) {

@@ -32,7 +32,7 @@ void FrameLayout::Summarise(AnalysisResult& result) {
     if (datagram.count < kOften) continue;
     out.push_back({std::string(wire::Name(datagram.command)), datagram.address, datagram.length, datagram.count});
   }
-  std::sort(out.begin(), out.end(), [](const CyclicDatagram& a, const CyclicDatagram& b) {
+  std::ranges::sort(out, [](const CyclicDatagram& a, const CyclicDatagram& b) {
     return std::tie(a.command, a.logical_address, a.length) < std::tie(b.command, b.logical_address, b.length);
   });
 }

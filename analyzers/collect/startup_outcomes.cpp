@@ -27,7 +27,7 @@ bool GaveUp(const std::vector<StartupStep>& steps, const mailbox::MailboxUnanswe
   const std::int64_t waited = Elapsed(event.request.frame.time, event.last_poll.time);
   if (waited < model::kGivenUpNs) return false;
   if (event.end != End::kCaptureEnd || waited >= kNoAnswerNs) return true;
-  return std::any_of(steps.begin(), steps.end(), [&](const StartupStep& step) {
+  return std::ranges::any_of(steps, [&](const StartupStep& step) {
     return step.key.kind == StartupKey::Kind::kRequest && step.frame.number > event.request.frame.number;
   });
 }

@@ -265,9 +265,8 @@ void StartupRecorder::On(const track::AlRequest& request) {
 
 void StartupRecorder::On(const track::AlPoll& poll) {
   const std::uint8_t state = poll.status.state();
-  const bool all_told = std::all_of(poll.slaves.begin(), poll.slaves.end(), [&](SlaveId slave) {
-    return slave < last_shown_.size() && last_shown_[slave] == state;
-  });
+  const bool all_told = std::ranges::all_of(
+      poll.slaves, [&](SlaveId slave) { return slave < last_shown_.size() && last_shown_[slave] == state; });
   if (!all_told) poll.each_wanted = true;
 }
 
@@ -648,8 +647,8 @@ StartupSummary StartupRecorder::Finish(Record& record, SlaveId slave) const {
   StartupSummary summary;
   summary.steps = std::move(record.steps);
   summary.mailbox_settings = std::move(record.settings);
-  std::stable_sort(summary.steps.begin(), summary.steps.end(),
-                   [](const StartupStep& a, const StartupStep& b) { return a.frame.number < b.frame.number; });
+  std::ranges::stable_sort(summary.steps,
+                           [](const StartupStep& a, const StartupStep& b) { return a.frame.number < b.frame.number; });
   for (StartupStep& step : summary.steps) Describe(step, slave);
   summary.steps_left_out = record.left_out;
   summary.dropped_bytes = record.dropped_bytes;
@@ -677,9 +676,9 @@ StartupSummary StartupRecorder::Finish(Record& record, SlaveId slave) const {
       out.result = esc::StateName(phase.reached) + " reached";
     }
   }
-  std::stable_sort(
-      summary.phases.begin(), summary.phases.end(),
-      [](const StartupPhaseSummary& a, const StartupPhaseSummary& b) { return a.first.number < b.first.number; });
+  std::ranges::stable_sort(summary.phases, [](const StartupPhaseSummary& a, const StartupPhaseSummary& b) {
+    return a.first.number < b.first.number;
+  });
   summary.seen = !summary.steps.empty();
   return summary;
 }

@@ -77,7 +77,7 @@ constexpr SlavePos kNoPlace = 0xFFFF;
 
 /// Slaves whose position the capture does not show get the free ones, by ascending station address.
 void NumberSlaves(std::vector<SlaveSummary>& slaves) {
-  std::sort(slaves.begin(), slaves.end(), [](const SlaveSummary& a, const SlaveSummary& b) {
+  std::ranges::sort(slaves, [](const SlaveSummary& a, const SlaveSummary& b) {
     const auto place = [](const SlaveSummary& s) {
       return s.position_inferred ? s.station_address.value_or(0) : std::uint16_t{s.position};
     };
@@ -100,7 +100,7 @@ void NumberSlaves(std::vector<SlaveSummary>& slaves) {
     slave.position = next++;
   }
   // Two at one position: the one that was seen there first. (No stable sort, which takes half as much memory again.)
-  std::sort(slaves.begin(), slaves.end(), [](const SlaveSummary& a, const SlaveSummary& b) {
+  std::ranges::sort(slaves, [](const SlaveSummary& a, const SlaveSummary& b) {
     return std::tuple(a.position, a.position_inferred, a.id) < std::tuple(b.position, b.position_inferred, b.id);
   });
 }

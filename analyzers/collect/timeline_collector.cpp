@@ -23,7 +23,7 @@ constexpr std::array<std::uint16_t, 13> kFirst{0x6041, 0x6040, 0x6064, 0x6063, 0
                                                0x6077, 0x6071, 0x60F4, 0x6061, 0x6060, 0x603F};
 
 std::size_t Rank(std::uint16_t index) {
-  return static_cast<std::size_t>(std::find(kFirst.begin(), kFirst.end(), index) - kFirst.begin());
+  return static_cast<std::size_t>(std::ranges::find(kFirst, index) - kFirst.begin());
 }
 
 /// What people read bit by bit: by the object where a standard fixes it, else by its name.
@@ -31,8 +31,8 @@ bool IsBitField(const model::Signal& entry) {
   if (entry.bits < 8 || entry.bits > 32 || !entry.unit.empty() || !entry.scale.empty()) return false;
   if (entry.index == 0x6040 || entry.index == 0x6041 || entry.index == 0x60FD || entry.index == 0x60FE) return true;
   std::string name = entry.name;
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  std::ranges::transform(name, name.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   const auto has = [&name](std::string_view part) { return name.find(part) != std::string::npos; };
   const auto any = [&has](auto... parts) { return (has(parts) || ...); };
   return any("word", "latch", "status", "control", "input", "output") &&
@@ -102,8 +102,7 @@ TimelineCollector::Slave* TimelineCollector::Of(const model::ImagePart& part) {
     if (!unmet_.empty()) TakeUnmet(part);
     return &Of(part.slave);
   }
-  const auto found =
-      std::find_if(unmet_.begin(), unmet_.end(), [&](const auto& entry) { return entry.first == part.model; });
+  const auto found = std::ranges::find_if(unmet_, [&](const auto& entry) { return entry.first == part.model; });
   if (found != unmet_.end()) return &found->second;
   if (unmet_.size() >= kMaxUnmet) return nullptr;
   unmet_.emplace_back(part.model, Slave());
@@ -112,9 +111,8 @@ TimelineCollector::Slave* TimelineCollector::Of(const model::ImagePart& part) {
 
 /// A slave that only the ENI named until now: what was drawn of it goes on as its own.
 void TimelineCollector::TakeUnmet(const model::ImagePart& part) {
-  const auto found = std::find_if(unmet_.begin(), unmet_.end(), [&](const auto& entry) {
-    return entry.first->eni != nullptr && entry.first->eni == part.model->eni;
-  });
+  const auto found = std::ranges::find_if(
+      unmet_, [&](const auto& entry) { return entry.first->eni != nullptr && entry.first->eni == part.model->eni; });
   Slave& slave = Of(part.slave);
   if (found == unmet_.end() || !slave.signals.empty()) return;
   slave.signals = std::move(found->second.signals);
@@ -227,7 +225,7 @@ const std::vector<TimelineCollector::Followed>& TimelineCollector::FollowedIn(co
   if (slave == nullptr) return list;
   std::vector<std::uint16_t> order(part.places.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<std::uint16_t>(i);
-  std::stable_sort(order.begin(), order.end(), [&](std::uint16_t a, std::uint16_t b) {
+  std::ranges::stable_sort(order, [&](std::uint16_t a, std::uint16_t b) {
     return Rank(part.layout->signals[part.places[a].signal].index) <
            Rank(part.layout->signals[part.places[b].signal].index);
   });

@@ -81,8 +81,7 @@ const StartupStep& FirstThatChanges(const std::vector<const StartupStep*>& steps
 
 /// @param with_drive  false: the other capture cannot show whether the drive was enabled
 std::string StateReached(const StartupSummary& startup, bool with_drive) {
-  const auto failed = std::find_if(startup.phases.begin(), startup.phases.end(),
-                                   [](const StartupPhaseSummary& phase) { return phase.failed; });
+  const auto failed = std::ranges::find_if(startup.phases, &StartupPhaseSummary::failed);
   std::string text;
   if (failed != startup.phases.end()) text = failed->result;
   const StartupPhaseSummary* drive = startup.phase(StartupPhase::kDriveEnable);
@@ -134,8 +133,7 @@ bool SameMapping(const PdoSummary& a, const PdoSummary& b) {
   const auto same = [](const MappedObject& x, const MappedObject& y) {
     return x.pdo == y.pdo && x.index == y.index && x.subindex == y.subindex && x.bits == y.bits;
   };
-  return a.bytes == b.bytes && a.pdos == b.pdos &&
-         std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(), same);
+  return a.bytes == b.bytes && a.pdos == b.pdos && std::ranges::equal(a.objects, b.objects, same);
 }
 
 bool IsClock(const StartupKey& key) {
@@ -252,7 +250,7 @@ class Builder {
     AddUnknownIdentities();
     AddFurther(a_, "A");
     AddFurther(b_, "B");
-    std::stable_sort(out_.differences.begin(), out_.differences.end(), [](const Difference& x, const Difference& y) {
+    std::ranges::stable_sort(out_.differences, [](const Difference& x, const Difference& y) {
       return std::tuple(!x.counts, x.rank, x.place) < std::tuple(!y.counts, y.rank, y.place);
     });
     return std::move(out_);
@@ -378,8 +376,8 @@ class Builder {
   }
 
   static bool ShowsStartup(const StartupSummary& startup) {
-    return std::any_of(startup.steps.begin(), startup.steps.end(),
-                       [](const StartupStep& step) { return step.key.kind == StartupKey::Kind::kRequest; });
+    return std::ranges::any_of(startup.steps,
+                               [](const StartupStep& step) { return step.key.kind == StartupKey::Kind::kRequest; });
   }
 
   void Startups(std::size_t p) {
@@ -439,8 +437,7 @@ class Builder {
 
   /// Place among the settings that the refusal is about, the likeliest reason first; `about_.size()`: it is not.
   [[nodiscard]] std::size_t PlaceOf(const StartupKey& key, std::uint64_t bytes) const {
-    const auto range =
-        std::find_if(about_.begin(), about_.end(), [&](const SettingRange& r) { return r.Holds(key, bytes); });
+    const auto range = std::ranges::find_if(about_, [&](const SettingRange& r) { return r.Holds(key, bytes); });
     return static_cast<std::size_t>(range - about_.begin());
   }
   [[nodiscard]] bool IsAbout(const StartupKey& key, std::uint64_t bytes) const {
@@ -458,7 +455,7 @@ class Builder {
   }
   /// The whole bus does it; `key` stands for it.
   static void MarkOfBus(const std::vector<SettingRange>& about, const StartupKey& key, Difference& d) {
-    if (std::none_of(about.begin(), about.end(), [&](const SettingRange& r) { return r.Holds(key, 1); })) return;
+    if (std::ranges::none_of(about, [&](const SettingRange& r) { return r.Holds(key, 1); })) return;
     d.relevant = true;
     d.rank = kRankRelevant;
   }
@@ -466,12 +463,11 @@ class Builder {
   /// True when a finding of this slave rests on the frame.
   static bool IsSuspect(const AnalysisResult& result, const SlaveSummary* slave, FrameNo frame) {
     if (slave == nullptr || frame == 0) return false;
-    return std::any_of(result.findings.begin(), result.findings.end(), [&](const Finding& finding) {
+    return std::ranges::any_of(result.findings, [&](const Finding& finding) {
       if (finding.slave != slave->id || finding.severity == Severity::kInfo || finding.rule == "al-refused")
         return false;
       return (finding.first.number >= frame && finding.first.number <= frame + 1) ||
-             std::find(finding.related_frames.begin(), finding.related_frames.end(), frame) !=
-                 finding.related_frames.end();
+             std::ranges::find(finding.related_frames, frame) != finding.related_frames.end();
     });
   }
 
@@ -658,8 +654,8 @@ class Builder {
 
   /// Of several steps one that the refusal is about, else the first that changes something.
   [[nodiscard]] const StartupStep& MostImportant(const std::vector<const StartupStep*>& steps) const {
-    const auto about = std::find_if(steps.begin(), steps.end(),
-                                    [this](const StartupStep* step) { return IsAbout(step->key, step->size); });
+    const auto about =
+        std::ranges::find_if(steps, [this](const StartupStep* step) { return IsAbout(step->key, step->size); });
     return about != steps.end() ? **about : FirstThatChanges(steps);
   }
 
@@ -696,7 +692,7 @@ class Builder {
       const std::string why = WhyHidden(of_a ? b_ : a_, other, *step);
       if (why.empty()) return false;
       std::string note = names().Of(other->position) + ": " + (of_a ? "B" : "A") + " does not show " + why;
-      if (std::find(out_.notes.begin(), out_.notes.end(), note) == out_.notes.end()) {
+      if (std::ranges::find(out_.notes, note) == out_.notes.end()) {
         out_.notes.push_back(std::move(note));
       }
       return true;
@@ -745,8 +741,7 @@ class Builder {
   void Configuration(std::size_t p) {
     const SlavePair& pair = out_.pairs[p];
     for (const SyncManagerSummary& a : pair.a->sync_managers) {
-      const auto b = std::find_if(pair.b->sync_managers.begin(), pair.b->sync_managers.end(),
-                                  [&](const SyncManagerSummary& m) { return m.number == a.number; });
+      const auto b = std::ranges::find(pair.b->sync_managers, a.number, &SyncManagerSummary::number);
       if (b == pair.b->sync_managers.end()) continue;  // one capture may simply not show it
       out_.compared = true;
       if (a.start == b->start && a.length == b->length && a.control == b->control && a.enabled == b->enabled) continue;
@@ -901,7 +896,7 @@ class Builder {
     const auto is_setting = [](const Difference& d) {
       return d.counts && d.area != Area::kFinding && (d.relevant || (d.other_value && d.rank <= kRankFrames));
     };
-    if (std::any_of(out_.differences.begin(), out_.differences.end(), is_setting)) return;
+    if (std::ranges::any_of(out_.differences, is_setting)) return;
     for (Difference& d : out_.differences) {
       if (d.area != Area::kFinding || d.rank != kRankFinding) continue;
       d.rank = kRankReason;
@@ -922,7 +917,7 @@ class Builder {
         Difference& known_one = folded[at->second];
         for (const std::size_t pair : d.pairs) {
           // The same slave may do it several times.
-          if (std::find(known_one.pairs.begin(), known_one.pairs.end(), pair) == known_one.pairs.end()) {
+          if (std::ranges::find(known_one.pairs, pair) == known_one.pairs.end()) {
             known_one.pairs.push_back(pair);
           }
         }

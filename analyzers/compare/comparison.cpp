@@ -115,11 +115,11 @@ class ChainComparison {
     for (std::size_t a = low; a < high; ++a) {
       if (expected_of_[a] != kNone || Failed(expected, *actual_[a])) continue;
       const std::vector<bool> here = WrittenBy(*actual_[a], wanted);
-      if (std::find(here.begin(), here.end(), true) == here.end()) continue;
+      if (std::ranges::find(here, true) == here.end()) continue;
       writes.push_back(a);
       std::transform(here.begin(), here.end(), written.begin(), written.begin(), std::logical_or<>());
     }
-    if (std::find(written.begin(), written.end(), false) != written.end()) writes.clear();
+    if (std::ranges::find(written, false) != written.end()) writes.clear();
     return writes;
   }
 
@@ -127,7 +127,7 @@ class ChainComparison {
   [[nodiscard]] bool Covers(std::size_t e, std::size_t a) const {
     if (expected_[e]->key.kind != StartupKey::Kind::kWrite) return false;
     const std::vector<bool> written = WrittenBy(*actual_[a], BytesOf(*expected_[e]));
-    return !written.empty() && std::find(written.begin(), written.end(), false) == written.end();
+    return !written.empty() && std::ranges::find(written, false) == written.end();
   }
 
   /// The first step that nothing else expects and that is the same, else one that does the same together with others.
@@ -415,7 +415,7 @@ void LeaveOutUnseen(const SlaveSummary& slave, std::vector<Deviation>& found, Co
 std::optional<Reason> WhyNotCompared(const SlaveSummary& slave, const CaptureSummary& capture) {
   const StartupSummary& startup = slave.startup;
   constexpr auto kPreop = static_cast<std::uint8_t>(esc::AlState::PREOP);
-  const bool from_init = std::any_of(startup.steps.begin(), startup.steps.end(), [](const StartupStep& step) {
+  const bool from_init = std::ranges::any_of(startup.steps, [](const StartupStep& step) {
     return IsRequest(step.key) && step.key.address == static_cast<std::uint32_t>(esc::AlState::PREOP);
   });
   if (!from_init && startup.first_state && *startup.first_state >= kPreop) {
@@ -429,8 +429,7 @@ std::optional<Reason> WhyNotCompared(const SlaveSummary& slave, const CaptureSum
 /// Whether the capture shows which slave is at this place of the bus, or that none is.
 bool ShowsPlace(const AnalysisResult& result, SlavePos position) {
   if (result.bus.slave_count && position >= *result.bus.slave_count) return true;
-  return std::any_of(result.slaves.begin(), result.slaves.end(),
-                     [&](const SlaveSummary& slave) { return slave.position == position; });
+  return std::ranges::any_of(result.slaves, [&](const SlaveSummary& slave) { return slave.position == position; });
 }
 
 }  // namespace
@@ -488,15 +487,15 @@ void LeaveOutOvercome(const StartupSummary& startup, std::vector<Deviation>& fou
 
 /// What the capture does not show the end of is no deviation; after a refused state it adds nothing.
 void AddNotShown(const SlaveSummary& slave, std::vector<Deviation>& found, Comparison& comparison) {
-  const auto cause = std::find_if(found.begin(), found.end(), [](const Deviation& d) {
+  const auto cause = std::ranges::find_if(found, [](const Deviation& d) {
     return d.kind == Deviation::Kind::kFailed && IsRequest(d.expected.front()->key);
   });
   const FrameNo until = cause != found.end() ? cause->frame.number : ~FrameNo{0};
   std::vector<const StartupStep*> steps;
   for (const Deviation& d : found) {
     if (d.kind != Deviation::Kind::kNotShown) continue;
-    std::copy_if(d.actual.begin(), d.actual.end(), std::back_inserter(steps),
-                 [&](const StartupStep* step) { return step->frame.number < until; });
+    std::ranges::copy_if(d.actual, std::back_inserter(steps),
+                         [&](const StartupStep* step) { return step->frame.number < until; });
   }
   std::erase_if(found, [](const Deviation& d) { return d.kind == Deviation::Kind::kNotShown; });
   if (steps.empty()) return;
@@ -506,7 +505,7 @@ void AddNotShown(const SlaveSummary& slave, std::vector<Deviation>& found, Compa
 
 /// What a start-up did not reach, because a state was not reached, is reported with that state.
 void TakeConsequences(std::vector<Deviation>& found) {
-  const auto cause = std::find_if(found.begin(), found.end(), [](const Deviation& d) {
+  const auto cause = std::ranges::find_if(found, [](const Deviation& d) {
     return d.kind == Deviation::Kind::kFailed && IsRequest(d.expected.front()->key);
   });
   if (cause == found.end()) return;
@@ -525,7 +524,7 @@ class WholeComparison {
  public:
   WholeComparison(const Expectation& expectation, const AnalysisResult& result)
       : expectation_(expectation), result_(result), end_(result.capture.last) {
-    under_way_ = std::any_of(result.slaves.begin(), result.slaves.end(), [&](const SlaveSummary& slave) {
+    under_way_ = std::ranges::any_of(result.slaves, [&](const SlaveSummary& slave) {
       return !slave.startup.ended && EndsWith(slave.startup, end_);
     });
   }
@@ -576,10 +575,8 @@ class WholeComparison {
 
   static bool ChangesMapping(const Deviation& deviation) {
     if (deviation.kind == Deviation::Kind::kFailed) return false;
-    return std::any_of(deviation.expected.begin(), deviation.expected.end(),
-                       [](const ExpectedStep* step) { return IsMapping(step->key); }) ||
-           std::any_of(deviation.actual.begin(), deviation.actual.end(),
-                       [](const StartupStep* step) { return IsMapping(step->key); });
+    return std::ranges::any_of(deviation.expected, [](const ExpectedStep* step) { return IsMapping(step->key); }) ||
+           std::ranges::any_of(deviation.actual, [](const StartupStep* step) { return IsMapping(step->key); });
   }
 
   /// Where process data lie depends on those of all slaves. With another bus, or other data of one slave, they lie

@@ -19,7 +19,7 @@ struct Transition {
 constexpr std::array<Transition, 3> kUpwards{{{"IP", 1}, {"PS", 2}, {"SO", 4}}};
 
 bool Belongs(const std::vector<device::EniTransition>& transitions, std::string_view wanted) {
-  return std::find(transitions.begin(), transitions.end(), wanted) != transitions.end();
+  return std::ranges::find(transitions, wanted) != transitions.end();
 }
 
 bool WritesRegisters(wire::Command command) {

@@ -126,7 +126,7 @@ class Demands {
 
   /// A state, or one above it: a master may skip what is between.
   [[nodiscard]] bool IsDue(std::uint8_t before) const {
-    return std::any_of(requested_.begin(), requested_.end(), [before](std::uint8_t state) {
+    return std::ranges::any_of(requested_, [before](std::uint8_t state) {
       return esc::IsAlState(state) && state != static_cast<std::uint8_t>(esc::AlState::BOOT) && state >= before;
     });
   }
@@ -148,7 +148,7 @@ class Demands {
   void InitCommands(std::string_view transition, std::uint8_t before) {
     for (const device::EsiInitCommand& command : device_.esi->init_commands) {
       const auto& transitions = command.transitions;
-      if (std::find(transitions.begin(), transitions.end(), transition) == transitions.end()) continue;
+      if (std::ranges::find(transitions, transition) == transitions.end()) continue;
       if (all_.size() >= kMostDemands) return;
       StartupKey key;
       key.kind = StartupKey::Kind::kDownload;
@@ -204,7 +204,7 @@ class Demands {
   void MailboxCommands(std::string_view transition, std::uint8_t before) {
     for (const device::EsiMailboxCommand& command : device_.esi->mailbox_commands) {
       const auto& transitions = command.transitions;
-      if (std::find(transitions.begin(), transitions.end(), transition) == transitions.end()) continue;
+      if (std::ranges::find(transitions, transition) == transitions.end()) continue;
       if (all_.size() >= kMostDemands) return;
       EsiDemand& demand = Add(Kind::kInitCommand, before, MailboxNoun(command) + " (" + std::string(transition) + ")");
       // The addresses of an installation are its own.
@@ -342,7 +342,7 @@ class Demands {
     }
   }
   [[nodiscard]] static bool IsZero(const std::vector<std::uint32_t>& lengths) {
-    return std::all_of(lengths.begin(), lengths.end(), [](std::uint32_t length) { return length == 0; });
+    return std::ranges::all_of(lengths, [](std::uint32_t length) { return length == 0; });
   }
 
   struct Area {
@@ -377,7 +377,7 @@ class Demands {
   }
   void FmmuOf(device::FmmuUse use, std::string_view noun, std::uint8_t bit, const std::vector<Area>& areas) {
     const auto& uses = device_.esi->fmmus;
-    if (std::find(uses.begin(), uses.end(), use) == uses.end() || areas.empty()) return;
+    if (std::ranges::find(uses, use) == uses.end() || areas.empty()) return;
     EsiDemand& demand = Add(Kind::kFmmu, kAtOp, "an FMMU for the " + std::string(noun));
     for (unsigned n = 0; n < kMostFmmus; ++n) {
       const auto base = static_cast<EscAddress>(kFmmuBase + n * kFmmuBytes);
@@ -387,7 +387,7 @@ class Demands {
       const Written* active = Byte(static_cast<EscAddress>(base + 12));
       if (!length || !start || type == nullptr || active == nullptr) continue;
       const Area mapped{*start, std::uint32_t{*start} + *length};
-      const bool there = std::any_of(areas.begin(), areas.end(), [&](const Area& area) { return area.Meets(mapped); });
+      const bool there = std::ranges::any_of(areas, [&](const Area& area) { return area.Meets(mapped); });
       const bool direction = (type->value & bit) != 0;
       const bool on = (active->value & 1U) != 0;
       if (there && direction && on) {
@@ -450,7 +450,7 @@ class Demands {
     const Written* assignment = Byte(esc::kCyclicUnitControl);
     const Written* activation = Byte(esc::kDcActivation);
     const auto offered = [&](std::optional<std::uint8_t> low, std::uint8_t high) {
-      return std::any_of(modes.begin(), modes.end(), [&](const device::DcMode& mode) {
+      return std::ranges::any_of(modes, [&](const device::DcMode& mode) {
         return (!low || (mode.assign_activate & 0xFFU) == *low) && (mode.assign_activate >> 8U & 0xFFU) == high;
       });
     };

@@ -13,14 +13,14 @@ bool SameStep(const StartupStep& a, const StartupStep& b) {
 }
 
 const StartupStep* FindSame(const StartupSummary& startup, const StartupStep& step) {
-  const auto found = std::find_if(startup.steps.begin(), startup.steps.end(),
-                                  [&](const StartupStep& other) { return SameStep(step, other); });
+  const auto found =
+      std::ranges::find_if(startup.steps, [&](const StartupStep& other) { return SameStep(step, other); });
   return found == startup.steps.end() ? nullptr : &*found;
 }
 
 std::size_t Times(const StartupSummary& startup, const StartupStep& step) {
-  return static_cast<std::size_t>(std::count_if(startup.steps.begin(), startup.steps.end(),
-                                                [&](const StartupStep& other) { return SameStep(step, other); }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(startup.steps, [&](const StartupStep& other) { return SameStep(step, other); }));
 }
 
 }  // namespace
@@ -29,14 +29,12 @@ ExtraSteps SortOut(const std::vector<const StartupStep*>& extra, const StartupSu
                    const StartupSummary& there) {
   ExtraSteps out;
   for (const StartupStep* step : extra) {
-    const auto first = std::find_if(there.steps.begin(), there.steps.end(),
-                                    [&](const StartupStep& other) { return other.key == step->key; });
+    const auto first = std::ranges::find(there.steps, step->key, &StartupStep::key);
     if (first == there.steps.end()) {
       out.fresh.push_back(step);
       continue;
     }
-    if (std::any_of(out.again.begin(), out.again.end(),
-                    [&](const StepAgain& known) { return SameStep(*known.step, *step); })) {
+    if (std::ranges::any_of(out.again, [&](const StepAgain& known) { return SameStep(*known.step, *step); })) {
       continue;
     }
     StepAgain& again = out.again.emplace_back();

@@ -46,8 +46,7 @@ std::vector<SlaveMatch> MatchSlaves(std::span<const ExpectedSlave> expected, std
   bool in_place = true;
   std::vector<bool> used(actual.size(), false);
   for (std::size_t e = 0; e < expected.size() && in_place; ++e) {
-    const auto found = std::find_if(actual.begin(), actual.end(),
-                                    [&](const SlaveSummary& s) { return s.position == expected[e].position; });
+    const auto found = std::ranges::find(actual, expected[e].position, &SlaveSummary::position);
     const auto place = static_cast<std::size_t>(found - actual.begin());
     // A hand-written expectation may name one position twice.
     in_place = found != actual.end() && !used[place] && SameDevice(expected[e], *found);
@@ -56,7 +55,7 @@ std::vector<SlaveMatch> MatchSlaves(std::span<const ExpectedSlave> expected, std
     used[place] = true;
   }
   if (in_place) return matches;
-  std::fill(matches.begin(), matches.end(), SlaveMatch{});
+  std::ranges::fill(matches, SlaveMatch{});
   for (const auto& [e, a] : LongestCommon(expected.size(), actual.size(), [&](std::size_t e, std::size_t a) {
          const bool known = expected[e].product_code && actual[a].identity.product_code;
          return SameDevice(expected[e], actual[a]) && (known || expected[e].position == actual[a].position);

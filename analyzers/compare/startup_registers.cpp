@@ -32,7 +32,7 @@ constexpr Range kReceiveTimes{0x0900, 0x090F};
 constexpr Range kSystemTime{0x0910, 0x0917};
 
 bool IsZero(ByteSpan data) {
-  return std::all_of(data.begin(), data.end(), [](std::uint8_t byte) { return byte == 0; });
+  return std::ranges::all_of(data, [](std::uint8_t byte) { return byte == 0; });
 }
 
 StartupPhase PhaseOfSyncManager(EscAddress address, ByteSpan data) {

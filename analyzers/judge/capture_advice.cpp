@@ -51,8 +51,8 @@ bool IsAboutStamps(const Reason* reason) {
 
 /// Whether the capture shows how the slave was brought up.
 bool IsStarted(const SlaveSummary& slave) {
-  return slave.startup.seen || std::any_of(slave.al_history.begin(), slave.al_history.end(),
-                                           [](const AlStep& step) { return step.kind == AlStep::Kind::kRequest; });
+  return slave.startup.seen ||
+         std::ranges::any_of(slave.al_history, [](const AlStep& step) { return step.kind == AlStep::Kind::kRequest; });
 }
 
 bool IsMappingOpen(const SlaveSummary& slave) {
@@ -141,8 +141,8 @@ std::vector<CaptureAdvice> WhatToCaptureNext(const AnalysisResult& result) {
     if (ways[i].judgements == 0) continue;
     out.push_back({TextOf(static_cast<Way>(i), ways[i].slaves, result), ways[i].judgements});
   }
-  std::stable_sort(out.begin(), out.end(),
-                   [](const CaptureAdvice& a, const CaptureAdvice& b) { return a.judgements > b.judgements; });
+  std::ranges::stable_sort(out,
+                           [](const CaptureAdvice& a, const CaptureAdvice& b) { return a.judgements > b.judgements; });
   return out;
 }
 

@@ -119,7 +119,7 @@ bool GivesNoReason(const RuleContext&, const Finding& effect) {
 bool NamesSynchronisationLoss(const RuleContext& context, const Finding& effect) {
   if (effect.rule == "drive-fault") return GivesNoReason(context, effect);
   const auto& names = context.slave(effect.slave).profile->sync.lost_faults;
-  return std::find(names.begin(), names.end(), CodeOf(effect, "id")) != names.end();
+  return std::ranges::find(names, CodeOf(effect, "id")) != names.end();
 }
 
 /// Mailbox error codes of ETG1000.6 that speak of how a message is built: syntax, header, size.
@@ -202,7 +202,7 @@ bool SameListRefused(const Finding& effect, const Finding& cause) {
   if (cause.first.number >= effect.first.number) return false;
   constexpr std::array<std::int64_t, 4> kOfObject{0x06010000, 0x06010002, 0x06010003, 0x08000022};
   const auto code = NumberOf(effect, "abort_code");
-  const bool of_object = code && std::find(kOfObject.begin(), kOfObject.end(), *code) != kOfObject.end();
+  const bool of_object = code && std::ranges::find(kOfObject, *code) != kOfObject.end();
   return NumberOf(effect, "subindex") == 0 || (of_object && code == NumberOf(cause, "abort_code"));
 }
 
@@ -241,7 +241,7 @@ bool CountedMeanwhile(const Finding& effect, const Finding& cause) {
 /// The AL status code is one of `codes`.
 bool HasCode(const Finding& effect, std::initializer_list<esc::al_code::Code> codes) {
   const auto code = NumberOf(effect, "al_status_code");
-  return code && std::find(codes.begin(), codes.end(), *code) != codes.end();
+  return code && std::ranges::find(codes, *code) != codes.end();
 }
 
 /// The slave's own code speaks of process data: their sync managers, length or mapping.
@@ -293,7 +293,7 @@ bool TouchesLookBefore(const RuleContext& context, const Moment& effect, const F
   if (effect.look == 0) return Follows(context, kNoSlave, effect, cause, kSoon);
   const auto between = [&](FrameNo frame) { return frame >= effect.look && frame <= effect.shown.number; };
   return between(cause.first.number) || between(cause.last.number) ||
-         std::any_of(cause.related_frames.begin(), cause.related_frames.end(), between);
+         std::ranges::any_of(cause.related_frames, between);
 }
 
 /// The process data watchdog ran out.
@@ -577,7 +577,7 @@ std::vector<std::pair<std::string_view, std::string_view>> CommonCauses() {
   std::vector<std::pair<std::string_view, std::string_view>> laws;
   for (const Law& law : kLaws) {
     const std::pair pair(law.effect, law.cause);
-    if (std::find(laws.begin(), laws.end(), pair) == laws.end()) laws.push_back(pair);  // of a slave, of the bus
+    if (std::ranges::find(laws, pair) == laws.end()) laws.push_back(pair);  // of a slave, of the bus
   }
   return laws;
 }

@@ -61,8 +61,8 @@ bool InState(const SlaveSummary& slave, esc::AlState state) {
 
 /// True when a state was requested of it, whether it took the request or not.
 bool IsAsked(const SlaveSummary& slave, const model::SlaveModel& model) {
-  return model.al.requests() > 0 || std::any_of(slave.al_history.begin(), slave.al_history.end(),
-                                                [](const AlStep& step) { return step.kind == AlStep::Kind::kRequest; });
+  return model.al.requests() > 0 ||
+         std::ranges::any_of(slave.al_history, [](const AlStep& step) { return step.kind == AlStep::Kind::kRequest; });
 }
 
 bool IsBelowSafeop(const SlaveSummary& slave) {
@@ -86,7 +86,7 @@ Presence OfProcessData(const SlaveSummary& slave, const RuleContext& context, co
       result.bus.cycle.cycles > 0 && slave.fmmus.empty() && !IsAsked(slave, model) && !IsBelowSafeop(slave);
   // Process data without a known owner belong to some slave, whichever was seen to be started.
   const bool without_owner = result.bus.cycle.cycles > 0 && slave.fmmus.empty() && MayExchange(slave, model) &&
-                             std::none_of(result.slaves.begin(), result.slaves.end(), Exchanges);
+                             std::ranges::none_of(result.slaves, Exchanges);
   // Where packets are missing, those may have held the request for SAFEOP and the FMMUs: what its AL state was before
   // shows nothing of the process data after them.
   const bool may_have_missed_them =
@@ -122,10 +122,9 @@ Presence OfDirection(const SlaveSummary& slave, bool outputs, const RuleContext&
                      const AnalysisResult& result) {
   const PdoSummary& pdo = outputs ? slave.rx_pdo : slave.tx_pdo;
   if (pdo.source != PdoSummary::Source::kUnknown) return {};
-  const bool has_buffer =
-      std::any_of(slave.sync_managers.begin(), slave.sync_managers.end(), [&](const SyncManagerSummary& manager) {
-        return manager.enabled && !manager.mailbox && manager.ecat_writes == outputs;
-      });
+  const bool has_buffer = std::ranges::any_of(slave.sync_managers, [&](const SyncManagerSummary& manager) {
+    return manager.enabled && !manager.mailbox && manager.ecat_writes == outputs;
+  });
   if (has_buffer || pdo.exchanged > 0) return Unseen(ReasonCode::kNotInCapture, what::kMapping);
   return OfProcessData(slave, context, result);
 }
@@ -145,8 +144,8 @@ Presence OfConfiguration(const SlaveSummary& slave) {
 }
 
 bool Speaks(const MailboxSummary& mailbox, std::string_view protocol) {
-  return std::any_of(mailbox.by_protocol.begin(), mailbox.by_protocol.end(),
-                     [&](const MailboxSummary::Messages& messages) { return messages.protocol == protocol; });
+  return std::ranges::any_of(mailbox.by_protocol,
+                             [&](const MailboxSummary::Messages& messages) { return messages.protocol == protocol; });
 }
 
 Presence OfDrive(const SlaveSummary& slave, const model::SlaveModel& model) {
@@ -172,9 +171,9 @@ bool FamilyUnseen(const model::SlaveModel& model) {
 Presence OfFaultBits(const SlaveSummary& slave, const model::SlaveModel& model) {
   const auto is_sign = [](const auto& row) { return row.sign != device::BitSign::kNone; };
   const auto& rows = model.profile->object_bits;
-  if (std::any_of(rows.begin(), rows.end(), is_sign)) return {};
+  if (std::ranges::any_of(rows, is_sign)) return {};
   const auto& drive = model.profile->drive;
-  if (drive && std::any_of(drive->status_bits.begin(), drive->status_bits.end(), is_sign)) return OfDrive(slave, model);
+  if (drive && std::ranges::any_of(drive->status_bits, is_sign)) return OfDrive(slave, model);
   return FamilyUnseen(model) && Speaks(slave.mailbox, "CoE") ? Unseen(Reason::Of(ReasonCode::kFamilyUnknown))
                                                              : Absent(NotApplicable::kNoFaultBits);
 }
@@ -335,7 +334,7 @@ class AllReported {
   }
   /// Before the first question: one entry for each rule and slave.
   void Close() {
-    std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return Less(a.Key(), b.Key()); });
+    std::ranges::sort(entries_, [](const Entry& a, const Entry& b) { return Less(a.Key(), b.Key()); });
     std::size_t kept = 0;
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       if (kept > 0 && entries_[kept - 1].Key() == entries_[i].Key()) {

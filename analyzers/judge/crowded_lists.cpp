@@ -37,8 +37,7 @@ class Room {
 
 bool ByBroadcastsOnly(const DcSummary& dc) {
   return !dc.reference && dc.latched_frame == 0 && dc.difference_reads == 0 && !dc.phase && !dc.pll &&
-         std::all_of(dc.configuration.begin(), dc.configuration.end(),
-                     [](const DcStep& step) { return step.broadcast; });
+         std::ranges::all_of(dc.configuration, &DcStep::broadcast);
 }
 
 }  // namespace

@@ -18,12 +18,12 @@ constexpr std::array<std::string_view, 4> kRules{"al-refused", "al-unexpected-ch
                                                  "drive-fault"};
 
 bool IsEvent(const Finding& finding) {
-  return std::find(kRules.begin(), kRules.end(), finding.rule) != kRules.end();
+  return std::ranges::find(kRules, finding.rule) != kRules.end();
 }
 
 /// Another event of the slave came after the finding and before the message was read: the message may be about that.
 bool IsLatest(const FindingStore& store, const Finding& finding, FrameNo read) {
-  return std::none_of(store.findings().begin(), store.findings().end(), [&](const Finding& other) {
+  return std::ranges::none_of(store.findings(), [&](const Finding& other) {
     return IsEvent(other) && other.slave == finding.slave && other.rule == finding.rule &&
            other.first.number > finding.last.number && other.first.number <= read;
   });

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kMostNamed = 4;
 
 bool HoldsRequest(const StartupSummary& startup, const UnfollowedRequest& request) {
-  return std::any_of(startup.steps.begin(), startup.steps.end(), [&](const StartupStep& step) {
+  return std::ranges::any_of(startup.steps, [&](const StartupStep& step) {
     return step.key.kind == StartupKey::Kind::kRequest && step.key.address == request.requested &&
            step.frame.number <= request.last && step.last.number >= request.first;
   });

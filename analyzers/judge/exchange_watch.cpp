@@ -40,7 +40,7 @@ void ExchangeWatch::FindMapped(const track::LogicalAccess& access, const track::
                                                 MemoryRange::Of(fmmu.physical_start, fmmu.length),
                                                 state.fmmu_since[number], false});
       // That the FMMUs of another slave changed does not undo what was exchanged.
-      now.touched = std::any_of(before.begin(), before.end(), [&](const Mapped& m) {
+      now.touched = std::ranges::any_of(before, [&](const Mapped& m) {
         return m.touched && m.slave == now.slave && m.outputs == now.outputs && m.begin == now.begin &&
                m.end == now.end && m.set == now.set;
       });

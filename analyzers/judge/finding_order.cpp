@@ -34,7 +34,7 @@ std::vector<FindingIndex> SortFindings(std::vector<Finding>& findings) {
   // What happens in one frame stands by rule, not by who noticed first.
   std::vector<std::size_t> by_rule(findings.size());
   std::iota(by_rule.begin(), by_rule.end(), std::size_t{0});
-  std::stable_sort(by_rule.begin(), by_rule.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::stable_sort(by_rule, [&](std::size_t a, std::size_t b) {
     const Finding &x = findings[a], &y = findings[b];
     return std::tuple(x.first.number, x.rule, x.slave) < std::tuple(y.first.number, y.rule, y.slave);
   });

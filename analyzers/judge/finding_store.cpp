@@ -101,9 +101,7 @@ void FindingStore::AddNotEvaluable(const RuleInfo& rule, SlaveId slave, const Re
   const auto find = [](Group& group, SlaveId of) {
     // Nearly always in the order of the slaves, or about the last one again.
     const bool behind = group.places.empty() || group.places.back().slave < of;
-    return behind ? group.places.end()
-                  : std::lower_bound(group.places.begin(), group.places.end(), of,
-                                     [](const Place& place, SlaveId wanted) { return place.slave < wanted; });
+    return behind ? group.places.end() : std::ranges::lower_bound(group.places, of, {}, &Place::slave);
   };
   Group* group = &GroupOf(rule.id, reason);
   auto place = find(*group, slave);
@@ -142,7 +140,7 @@ struct Ordered {
 };
 
 std::vector<NotEvaluable> InOrder(std::vector<Ordered> lines) {
-  std::sort(lines.begin(), lines.end(), [](const Ordered& a, const Ordered& b) { return a.order < b.order; });
+  std::ranges::sort(lines, {}, &Ordered::order);
   std::vector<NotEvaluable> out;
   out.reserve(lines.size());
   for (Ordered& line : lines) out.push_back(std::move(line.line));
@@ -199,7 +197,7 @@ void FindingStore::FoldNotEvaluable(std::size_t slaves) {
       listed += of_slaves;
     }
   }
-  std::stable_sort(single.begin(), single.end(), [](const Single& a, const Single& b) { return a.count > b.count; });
+  std::ranges::stable_sort(single, [](const Single& a, const Single& b) { return a.count > b.count; });
   for (const Single& part : single) {
     if (listed + lines.size() > kMaxListed && part.count > 1) {
       as_one(*part.group, kNoSlave, part.count);
@@ -238,7 +236,7 @@ void FindingStore::CutListed() {
 
 void AddRelated(Finding& finding, FrameNo frame) {
   if (frame == 0 || finding.related_frames.size() >= FindingStore::kMaxRelatedFrames) return;
-  if (std::find(finding.related_frames.begin(), finding.related_frames.end(), frame) != finding.related_frames.end()) {
+  if (std::ranges::find(finding.related_frames, frame) != finding.related_frames.end()) {
     return;
   }
   finding.related_frames.push_back(frame);

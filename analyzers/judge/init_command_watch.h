@@ -47,9 +47,9 @@ class InitCommandWatch {
     const std::vector<std::string_view> due = DueBefore(request);
     for (const device::EsiInitCommand& command : device.esi->init_commands) {
       const auto is_due = [&due](const std::string& transition) {
-        return std::find(due.begin(), due.end(), transition) != due.end();
+        return std::ranges::find(due, transition) != due.end();
       };
-      const auto transition = std::find_if(command.transitions.begin(), command.transitions.end(), is_due);
+      const auto transition = std::ranges::find_if(command.transitions, is_due);
       if (transition == command.transitions.end()) continue;
       const bool whole =
           run->second.contains(Key(command.index, 0, true)) || run->second.contains(Key(command.index, 1, true));

@@ -81,7 +81,7 @@ void LatchRule::On(const model::LatchMisuse& misuse) {
     if (frame != misuse.frame.number) AddRelated(context().store[index], frame);
   }
   std::vector<std::uint16_t>& words = words_[index];
-  if (words.size() < kMaxWords && std::find(words.begin(), words.end(), misuse.control) == words.end()) {
+  if (words.size() < kMaxWords && std::ranges::find(words, misuse.control) == words.end()) {
     words.push_back(misuse.control);
   }
 }

@@ -9,8 +9,7 @@ namespace ecaudit {
 void WeakenWhatHistoryMayExplain(FindingStore& store, const std::vector<std::unique_ptr<Rule>>& rules) {
   for (std::size_t i = 0; i < store.findings().size(); ++i) {
     Finding& finding = store.findings()[i];
-    const auto rule =
-        std::find_if(rules.begin(), rules.end(), [&](const auto& r) { return r->info().id == finding.rule; });
+    const auto rule = std::ranges::find_if(rules, [&](const auto& r) { return r->info().id == finding.rule; });
     if (rule == rules.end() || (*rule)->info().needs_no_history || finding.severity == Severity::kInfo) continue;
     store.Regrade(static_cast<FindingIndex>(i), Severity::kInfo);
     finding.confidence = Confidence::kInferred;

@@ -127,7 +127,7 @@ class TableMaker {
   }
 
   bool WentWrong(std::uint16_t pdo, const List& list) const {
-    return std::any_of(list.begin(), list.end(), [&](const auto& item) {
+    return std::ranges::any_of(list, [&](const auto& item) {
       const auto& [subindex, entry] = item;
       return (entry.written && !entry.accepted()) ||
              (subindex > 0 && entry.accepted() && BitsInSlave(pdo, entry.value).doubtful);
@@ -302,7 +302,7 @@ class TableMaker {
   }
 
   [[nodiscard]] bool IsWrong() const {
-    return std::any_of(table_.rows.begin(), table_.rows.end(), [](const MappingRow& row) {
+    return std::ranges::any_of(table_.rows, [](const MappingRow& row) {
       return row.answer == Answer::kAborted || row.answer == Answer::kOther || row.shifted || row.doubtful ||
              row.slave == kNotCounted;
     });
@@ -339,10 +339,10 @@ Directions DirectionsOf(const Finding& finding) {
   Directions directions;
   if (finding.rule == "al-refused") {
     const Value* code = finding.arguments.Find("al_status_code");
-    const bool about = code != nullptr && std::find(kCodes.begin(), kCodes.end(), code->number) != kCodes.end();
+    const bool about = code != nullptr && std::ranges::find(kCodes, code->number) != kCodes.end();
     return about ? Directions{true, true} : directions;
   }
-  if (std::find(kMappingRules.begin(), kMappingRules.end(), finding.rule) == kMappingRules.end()) return directions;
+  if (std::ranges::find(kMappingRules, finding.rule) == kMappingRules.end()) return directions;
   for (const Argument& argument : finding.arguments) {
     const Value& value = argument.value;
     if (value.type == Value::Type::kObject) {
@@ -364,10 +364,9 @@ Directions DirectionsOf(const Finding& finding) {
 
 /// The first entry that is elsewhere, and the one that moves it. A type that may move it is in the words of the rules.
 void AddShift(Finding& finding, const MappingTable& table) {
-  const bool aborted = std::any_of(table.rows.begin(), table.rows.end(), [](const MappingRow& row) {
-    return row.answer == Answer::kAborted && row.doubtful;
-  });
-  const auto first = std::find_if(table.rows.begin(), table.rows.end(), [&](const MappingRow& row) {
+  const bool aborted = std::ranges::any_of(
+      table.rows, [](const MappingRow& row) { return row.answer == Answer::kAborted && row.doubtful; });
+  const auto first = std::ranges::find_if(table.rows, [&](const MappingRow& row) {
     const bool maybe = table.as_wanted && aborted && row.doubtful && row.wanted_bit && row.slave_bit;
     return row.shifted || (maybe && *row.wanted_bit != *row.slave_bit);
   });

@@ -21,7 +21,7 @@ using Group = std::vector<FindingIndex>;
 
 /// Those of one group that may be one matter: each slave once, and without a common cause at about the same time.
 std::vector<Group> Clusters(const std::vector<Finding>& findings, Group group, bool same_cause) {
-  std::sort(group.begin(), group.end(), [&](FindingIndex a, FindingIndex b) {
+  std::ranges::sort(group, [&](FindingIndex a, FindingIndex b) {
     return std::tuple(findings[a].first.number, a) < std::tuple(findings[b].first.number, b);
   });
   std::vector<Group> clusters;

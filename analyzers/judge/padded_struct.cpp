@@ -34,8 +34,8 @@ std::optional<PaddedStruct> PaddedStruct::Of(const model::ProcessLayout& layout,
 }
 
 std::uint32_t PaddedStruct::PaddingBefore(std::uint32_t bit_offset) const {
-  const auto member = std::find_if(members_.begin(), members_.end(),
-                                   [bit_offset](const Member& m) { return m.packed * 8 == bit_offset; });
+  const auto member =
+      std::ranges::find_if(members_, [bit_offset](const Member& m) { return m.packed * 8 == bit_offset; });
   return member == members_.end() ? 0 : member->padded - member->packed;
 }
 

@@ -38,7 +38,7 @@ bool Holds(const device::FieldbusParameter& row, std::uint64_t value) {
 }
 
 bool Names(const std::vector<std::string>& rules, const Finding& finding) {
-  return std::find(rules.begin(), rules.end(), finding.rule) != rules.end();
+  return std::ranges::find(rules, finding.rule) != rules.end();
 }
 
 /// The finding, or one of its notes, is about this word of the EEPROM.
@@ -48,8 +48,7 @@ bool IsAbout(const Finding& finding, std::uint16_t word) {
     return value != nullptr && value->number == word;
   };
   return has(finding.arguments, "word") ||
-         std::any_of(finding.notes.begin(), finding.notes.end(),
-                     [&](const Note& note) { return has(note.arguments, "address"); });
+         std::ranges::any_of(finding.notes, [&](const Note& note) { return has(note.arguments, "address"); });
 }
 
 void AddEepromFacts(const device::DeviceDescription& family, Finding& finding) {

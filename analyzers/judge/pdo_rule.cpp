@@ -31,10 +31,10 @@ bool Suspected(const Finding& cause) {
 /// A refusal that occurs again has the note already.
 void AddOnce(Finding& refusal, const MappingSuspicions::Suspect& suspect) {
   const auto equal = [](const Arguments& a, const Arguments& b) {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                      [](const Argument& x, const Argument& y) { return x.name == y.name && x.value == y.value; });
+    return std::ranges::equal(
+        a, b, [](const Argument& x, const Argument& y) { return x.name == y.name && x.value == y.value; });
   };
-  const bool has = std::any_of(refusal.notes.begin(), refusal.notes.end(), [&](const Note& note) {
+  const bool has = std::ranges::any_of(refusal.notes, [&](const Note& note) {
     return note.kind == suspect.note && equal(note.arguments, suspect.arguments);
   });
   if (!has) refusal.Add(*suspect.note, suspect.arguments);
@@ -131,7 +131,7 @@ void PdoRule::On(const model::AlRequestJudged& e) {
     if (!process::IsAssignment(fault.object)) {
       // A mapping that is not assigned has no effect.
       const auto& layout = context().slave(e.slave).process.Layout(DirectionOf(fault.object));
-      const bool assigned = std::find(layout.pdos.begin(), layout.pdos.end(), fault.object) != layout.pdos.end();
+      const bool assigned = std::ranges::find(layout.pdos, fault.object) != layout.pdos.end();
       if (layout.source != model::LayoutSource::kUnknown && !assigned) continue;
     }
     if (when_accepted_ == WhenAccepted::kBecomesInfo) {
@@ -162,7 +162,7 @@ bool PdoRule::WrittenByMaster(SlaveId slave, device::PdoDirection direction,
                               const std::vector<std::uint16_t>& pdos) const {
   const bool rx = direction == device::PdoDirection::kRx;
   return written_.contains({slave, rx ? process::kRxAssignment : process::kTxAssignment}) ||
-         std::any_of(pdos.begin(), pdos.end(), [&](std::uint16_t pdo) {
+         std::ranges::any_of(pdos, [&](std::uint16_t pdo) {
            return written_.contains({slave, pdo});
          });
 }
@@ -207,7 +207,7 @@ std::optional<MappingSuspicions::Suspicion> MappingSuspicions::Confirm(const Rul
     const Finding& f = findings[i];
     if (f.rule != "al-refused" || f.slave != slave) continue;
     const auto& related = f.related_frames;
-    if (std::find(related.begin(), related.end(), suspicion.request.number) == related.end()) continue;
+    if (std::ranges::find(related, suspicion.request.number) == related.end()) continue;
     if (f.caused_by != kNoFinding && !Suspected(findings[f.caused_by])) return std::nullopt;
     suspicion.refusal = static_cast<FindingIndex>(i);
   }

@@ -19,7 +19,7 @@ void RefusalPredictions::Watch(RuleContext& context, SlaveId slave, FrameNo requ
   if (finding == kNoFinding) return;
   Open& open = open_[slave];
   if (open.request != request) open = {request, {}};
-  if (std::find(open.findings.begin(), open.findings.end(), finding) == open.findings.end()) {
+  if (std::ranges::find(open.findings, finding) == open.findings.end()) {
     open.findings.push_back(finding);
   }
   reported_.emplace(finding, Reported{context.store[finding].severity});

@@ -48,8 +48,8 @@ void AddTo(Finding& finding, const RefusalReasons& reasons) {
     finding.Set("reason_inferred", arg::Flag());
     finding.confidence = Confidence::kInferred;
   }
-  const bool checked = std::any_of(reasons.notes.begin(), reasons.notes.end(),
-                                   [](const Note& note) { return note.kind == &refusal::kChecked; });
+  const bool checked =
+      std::ranges::any_of(reasons.notes, [](const Note& note) { return note.kind == &refusal::kChecked; });
   if (checked) finding.Set("checked", arg::Flag());
   finding.notes.insert(finding.notes.end(), reasons.notes.begin(), reasons.notes.end());
 }
@@ -57,8 +57,7 @@ void AddTo(Finding& finding, const RefusalReasons& reasons) {
 std::vector<std::uint16_t> CodesWithReasons() {
   std::vector<std::uint16_t> codes;
   for (const refusal::Row& row : refusal::kRows) {
-    std::copy_if(row.codes.begin(), row.codes.end(), std::back_inserter(codes),
-                 [](std::uint16_t code) { return code != 0; });
+    std::ranges::copy_if(row.codes, std::back_inserter(codes), [](std::uint16_t code) { return code != 0; });
   }
   return codes;
 }

@@ -30,7 +30,7 @@ std::vector<Entry>& Entries() {
 const std::vector<Entry>& SortedEntries() {
   static const std::vector<Entry> sorted = [] {
     std::vector<Entry> entries = Entries();
-    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.info->id < b.info->id; });
+    std::ranges::sort(entries, [](const Entry& a, const Entry& b) { return a.info->id < b.info->id; });
     return entries;
   }();
   return sorted;
@@ -51,8 +51,8 @@ std::vector<std::unique_ptr<Rule>> MakeAllRules(std::uint32_t shuffle) {
   while (!left.empty()) {
     // The first that waits for none of the others. Where rules wait for each other in a circle (a test forbids it),
     // any.
-    auto next = std::find_if(left.begin(), left.end(), [&](const Entry* entry) {
-      return std::none_of(entry->info->after.begin(), entry->info->after.end(), [&](std::string_view earlier) {
+    auto next = std::ranges::find_if(left, [&](const Entry* entry) {
+      return std::ranges::none_of(entry->info->after, [&](std::string_view earlier) {
         return !made.contains(earlier) && FindRule(earlier) != nullptr;
       });
     });

@@ -18,8 +18,7 @@ bool StatusCodeWatcher::Tolerates(const device::DeviceDescription& family, const
   if (!esc::IsAlState(c.from) || !esc::IsAlState(c.to)) return false;
   const device::AlTransition* row =
       family.al_transition(static_cast<esc::AlState>(c.from), static_cast<esc::AlState>(c.to));
-  return row != nullptr &&
-         std::find(row->tolerated_codes.begin(), row->tolerated_codes.end(), c.code) != row->tolerated_codes.end();
+  return row != nullptr && std::ranges::find(row->tolerated_codes, c.code) != row->tolerated_codes.end();
 }
 
 void StatusCodeWatcher::AddUnread(const Context& c) {

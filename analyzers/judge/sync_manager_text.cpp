@@ -145,7 +145,7 @@ void SetFault(Finding& finding, const Fault& fault) {
 std::optional<std::uint16_t> RefusalCode(const device::AlTransition& row, std::size_t manager) {
   constexpr std::array<std::uint16_t, 4> kOfManager{0x0016, 0x0016, 0x001D, 0x001E};
   const std::vector<std::uint16_t>& codes = row.refusal_codes;
-  if (manager < kOfManager.size() && std::find(codes.begin(), codes.end(), kOfManager[manager]) != codes.end()) {
+  if (manager < kOfManager.size() && std::ranges::find(codes, kOfManager[manager]) != codes.end()) {
     return kOfManager[manager];
   }
   return codes.size() == 1 ? std::optional(codes.front()) : std::nullopt;

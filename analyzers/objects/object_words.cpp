@@ -97,8 +97,9 @@ std::string NumberWords(const DeviceDescription& family, const device::FaultObje
 
 bool HasWords(const DeviceDescription& family, std::uint16_t index, std::uint8_t subindex) {
   if (family.number_object(index, subindex) != nullptr) return true;
-  if (std::any_of(family.object_bits.begin(), family.object_bits.end(),
-                  [&](const device::ObjectBits& row) { return row.index == index && row.subindex == subindex; })) {
+  if (std::ranges::any_of(family.object_bits, [&](const device::ObjectBits& row) {
+        return row.index == index && row.subindex == subindex;
+      })) {
     return true;
   }
   const auto& latch = family.latch;
@@ -106,8 +107,9 @@ bool HasWords(const DeviceDescription& family, std::uint16_t index, std::uint8_t
   if (family.drive && subindex == 0 && (index == kMode || index == kModeShown)) return true;
   const device::DictionaryObject* row = family.dictionary ? family.dictionary->Find(index, subindex) : nullptr;
   return row != nullptr && !row->keyword.empty() &&
-         std::any_of(family.fieldbus_parameters.begin(), family.fieldbus_parameters.end(),
-                     [row](const device::FieldbusParameter& parameter) { return parameter.parameter == row->keyword; });
+         std::ranges::any_of(family.fieldbus_parameters, [row](const device::FieldbusParameter& parameter) {
+           return parameter.parameter == row->keyword;
+         });
 }
 
 std::string WordsOf(const DeviceDescription& family, std::uint16_t index, std::uint8_t subindex, std::uint64_t raw) {

@@ -12,7 +12,7 @@ constexpr std::string_view kCounterRule = "wkc-mismatch";
 bool Names(const Value& value, SlaveId slave) {
   if (value.type == Value::Type::kSlave) return value.number == slave;
   const std::vector<Value>& items = value.items();
-  return std::any_of(items.begin(), items.end(), [slave](const Value& item) { return Names(item, slave); });
+  return std::ranges::any_of(items, [slave](const Value& item) { return Names(item, slave); });
 }
 
 bool IsMissing(const Finding& finding, const SlaveSummary& slave) {
@@ -65,7 +65,7 @@ std::vector<Absence> AbsencesOf(const SlaveSummary& slave, const AnalysisResult&
 
 bool OthersAreMissing(const SlaveSummary& slave, const FrameRef& from, const FrameRef& to,
                       const AnalysisResult& result) {
-  return std::any_of(result.findings.begin(), result.findings.end(), [&](const Finding& finding) {
+  return std::ranges::any_of(result.findings, [&](const Finding& finding) {
     return finding.rule == kCounterRule && finding.arguments.Has("missing") && !IsMissing(finding, slave) &&
            finding.first.number <= from.number && finding.last.number >= to.number;
   });

@@ -257,9 +257,8 @@ struct SlaveSummary {
 
   [[nodiscard]] bool op_requested() const {
     constexpr std::uint16_t kOp = 8;
-    return std::any_of(al_history.begin(), al_history.end(), [](const AlStep& step) {
-      return step.kind == AlStep::Kind::kRequest && (step.to & 0xFU) == kOp;
-    });
+    return std::ranges::any_of(
+        al_history, [](const AlStep& step) { return step.kind == AlStep::Kind::kRequest && (step.to & 0xFU) == kOp; });
   }
 };
 

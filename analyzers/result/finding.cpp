@@ -20,7 +20,7 @@ Finding Found(const FindingKind& kind, SlaveId slave, const FrameRef& first) {
 }
 
 bool Finding::Has(const NoteKind& note) const {
-  return std::any_of(notes.begin(), notes.end(), [&](const Note& own) { return own.kind == &note; });
+  return std::ranges::any_of(notes, [&](const Note& own) { return own.kind == &note; });
 }
 
 FrameNo BegunBy(const Finding& finding) {

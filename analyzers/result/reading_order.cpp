@@ -67,7 +67,7 @@ class CauseForest {
   }
 
   void Sort(std::vector<std::size_t>& indices) const {
-    std::sort(indices.begin(), indices.end(), [this](std::size_t a, std::size_t b) {
+    std::ranges::sort(indices, [this](std::size_t a, std::size_t b) {
       if (worst_[a].Before(worst_[b])) return true;
       return !worst_[b].Before(worst_[a]) && std::tuple(findings_[a].frame, a) < std::tuple(findings_[b].frame, b);
     });

@@ -94,9 +94,8 @@ std::vector<LayoutGuess::Arrangement> LayoutGuess::Candidates(std::uint16_t leng
           break;
       }
     }
-    const bool known = std::any_of(candidates.begin(), candidates.end(), [&](const Arrangement& other) {
-      return other.outputs == a.outputs && other.inputs == a.inputs;
-    });
+    const bool known = std::ranges::any_of(
+        candidates, [&](const Arrangement& other) { return other.outputs == a.outputs && other.inputs == a.inputs; });
     if (!known) candidates.push_back(std::move(a));
   }
   return candidates;
@@ -106,7 +105,7 @@ bool LayoutGuess::Fits(const Arrangement& arrangement, const track::LogicalAcces
   for (const std::uint32_t at : arrangement.outputs) {
     const ByteSpan sent = Slice(access.sent_data, at, output_bytes_);
     const ByteSpan returned = Slice(access.returned_data, at, output_bytes_);
-    if (!std::equal(sent.begin(), sent.end(), returned.begin(), returned.end())) return false;
+    if (!std::ranges::equal(sent, returned)) return false;
   }
   if (!status_word_ || drive_ == nullptr) return true;
   for (const std::uint32_t at : arrangement.inputs) {

@@ -17,7 +17,7 @@ constexpr unsigned kHaltBit = 8;
 constexpr const char* kByRelative = " (by another family of the same maker)";
 
 bool Has(const DriveCommand& command, std::uint8_t number) {
-  return std::find(command.transitions.begin(), command.transitions.end(), number) != command.transitions.end();
+  return std::ranges::find(command.transitions, number) != command.transitions.end();
 }
 
 /// The row that commands `number` with this word; null when none does.
@@ -36,7 +36,7 @@ std::string CodeWords(const device::EmergencyCode& code) {
 const device::FaultObject* FaultObjectOf(const device::DeviceDescription& family, std::uint16_t index) {
   if (!family.drive) return nullptr;
   const auto& objects = family.drive->fault_objects;
-  const auto found = std::find_if(objects.begin(), objects.end(), [&](const auto& row) { return row.index == index; });
+  const auto found = std::ranges::find_if(objects, [&](const auto& row) { return row.index == index; });
   return found == objects.end() ? nullptr : &*found;
 }
 
@@ -44,7 +44,7 @@ const device::FaultObject* FaultObjectOf(const device::DeviceDescription& family
 const device::EmergencyCode* FindById(const device::DeviceDescription& family, const std::string& id) {
   if (!family.emergency) return nullptr;
   const auto& codes = family.emergency->codes;
-  const auto found = std::find_if(codes.begin(), codes.end(), [&](const auto& code) { return code.id == id; });
+  const auto found = std::ranges::find_if(codes, [&](const auto& code) { return code.id == id; });
   return found == codes.end() ? nullptr : &*found;
 }
 
@@ -97,8 +97,8 @@ std::string EdgesText(const DriveProfile& drive, const model::DriveBits& event) 
     if ((event.changed >> bit & 1U) == 0) continue;
     const bool rises = (event.word >> bit & 1U) != 0;
     text += (text.empty() ? "bit " : ", bit ") + std::to_string(bit) + (rises ? " rises" : " falls");
-    const auto row = std::find_if(drive.edge_actions.begin(), drive.edge_actions.end(),
-                                  [&](const auto& each) { return each.bit == bit && each.rising == rises; });
+    const auto row = std::ranges::find_if(drive.edge_actions,
+                                          [&](const auto& each) { return each.bit == bit && each.rising == rises; });
     std::string name = row != drive.edge_actions.end() ? row->action : std::string();
     if (name.empty() && mode != nullptr)
       name = bit == 4 ? mode->bit4 : bit == 5 ? mode->bit5 : bit == 6 ? mode->bit6 : "";
@@ -198,8 +198,7 @@ std::vector<std::string> SetBits(const std::vector<device::WordBit>& bits, std::
 
 const device::ModeBits* BitsOfMode(const DriveProfile& drive, std::optional<std::int8_t> mode) {
   if (!mode) return nullptr;
-  const auto found = std::find_if(drive.mode_bits.begin(), drive.mode_bits.end(),
-                                  [&](const device::ModeBits& bits) { return bits.mode == *mode; });
+  const auto found = std::ranges::find(drive.mode_bits, *mode, &device::ModeBits::mode);
   return found == drive.mode_bits.end() ? nullptr : &*found;
 }
 

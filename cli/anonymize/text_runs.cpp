@@ -25,8 +25,8 @@ void BlotPart(Bytes bytes) {
 void Keep(Bytes bytes, Secrets& secrets) {
   std::string text(bytes.begin(), bytes.end());
   while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
-  const bool has_letters = std::any_of(
-      text.begin(), text.end(), [](unsigned char c) { return (IsLetter(c) || std::isdigit(c) != 0) && c != 'x'; });
+  const bool has_letters =
+      std::ranges::any_of(text, [](unsigned char c) { return (IsLetter(c) || std::isdigit(c) != 0) && c != 'x'; });
   if (text.size() >= kShortestSecret && has_letters) secrets.insert(std::move(text));
 }
 
@@ -70,7 +70,7 @@ void BlotSecrets(Bytes bytes, const Secrets& secrets) {
 }
 
 void Clear(Bytes bytes) {
-  std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});
+  std::ranges::fill(bytes, std::uint8_t{0});
 }
 
 void Cross(Bytes bytes) {
@@ -81,8 +81,8 @@ void Cross(Bytes bytes) {
 
 bool HoldsSecret(std::span<const std::uint8_t> bytes, const Secrets& secrets) {
   const std::string_view all = View(bytes);
-  return std::any_of(secrets.begin(), secrets.end(),
-                     [&](const std::string& secret) { return all.find(secret) != std::string_view::npos; });
+  return std::ranges::any_of(secrets,
+                             [&](const std::string& secret) { return all.find(secret) != std::string_view::npos; });
 }
 
 }  // namespace ecaudit::cli::anonymize

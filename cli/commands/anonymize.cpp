@@ -46,7 +46,7 @@ std::vector<std::string> Facts(const AnalysisResult& result) {
             std::to_string(finding.count) + " times";
     facts.push_back(std::move(fact));
   }
-  std::sort(facts.begin(), facts.end());
+  std::ranges::sort(facts);
   return facts;
 }
 
@@ -90,7 +90,7 @@ class AnonymizeCommand : public Command {
     if (output == "-")
       return Fail(console, Error{"the copy is checked before it is released: give -o the name of a file"});
     const std::string& capture = capture_.captures.front();
-    if (std::find(capture_.captures.begin(), capture_.captures.end(), "-") != capture_.captures.end()) {
+    if (std::ranges::find(capture_.captures, "-") != capture_.captures.end()) {
       return Fail(console, Error{"the capture is read three times: name a file, not standard input"});
     }
     const Result<Settings> settings = ResolveSettings(capture_, {}, capture);

@@ -122,7 +122,7 @@ class BatchCommand : public Command {
     if (digest.not_reached == 0) baselines_.WarnOfUnmatched(digest.captures, console);
     status = Worst(status, Deliver(digest, *output, gate_.write_baseline, console));
     ReportOutcome(results, digest, console);
-    const bool crashed = std::any_of(results.begin(), results.end(), [](const BatchResult& r) { return r.crashed; });
+    const bool crashed = std::ranges::any_of(results, &BatchResult::crashed);
     if (crashed) status = Worst(status, ExitStatus::kInternal);
     return digest.not_reached > 0 && InterruptFlag() ? Worst(status, ExitStatus::kInterrupted) : status;
   }
@@ -134,7 +134,7 @@ class BatchCommand : public Command {
     TakePagesFromOutputs();
     TakeFolderFromOutputs();
     if (!folder_) folder_ = kDefaultFolder;
-    if (std::find(options_.captures.begin(), options_.captures.end(), "-") != options_.captures.end()) {
+    if (std::ranges::find(options_.captures, "-") != options_.captures.end()) {
       return Error{"batch does not read standard input (-); use check"};
     }
     return system::WorkerTask() ? AddTasks(*system::WorkerTask()) : AddPaths();
@@ -157,7 +157,7 @@ class BatchCommand : public Command {
     if (!list) return list.error();
     paths_ = std::move(list->files);
     passed_over_ = std::move(list->passed_over);
-    const bool none = std::none_of(paths_.begin(), paths_.end(), &system::Exists);
+    const bool none = std::ranges::none_of(paths_, &system::Exists);
     if (none && !paths_.empty() && list->unreadable.empty()) return Error{"no such file: " + paths_.front()};
     if (options_.join) {
       for (std::vector<std::string>& files : GroupRingBuffers(paths_)) {
@@ -303,8 +303,7 @@ class BatchCommand : public Command {
   }
 
   void ReportOutcome(const std::vector<BatchResult>& results, const report::Digest& digest, Console& console) const {
-    const auto done = static_cast<std::uint64_t>(
-        std::count_if(results.begin(), results.end(), [](const BatchResult& r) { return r.done_before; }));
+    const auto done = static_cast<std::uint64_t>(std::ranges::count_if(results, &BatchResult::done_before));
     std::string text = Count(digest.captures.size(), "report") + " in " + *folder_;
     if (done > 0) text += ", " + Grouped(done) + " of them done before";
     if (digest.not_reached > 0) {

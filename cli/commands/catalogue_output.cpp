@@ -42,14 +42,13 @@ std::vector<std::string_view> RuleGroups() {
       "Latch",           "Start-up"};
   std::vector<std::string_view> groups;
   const auto rules_of = [](std::string_view group) {
-    return std::any_of(RuleCatalogue().begin(), RuleCatalogue().end(),
-                       [group](const RuleInfo* rule) { return rule->group == group; });
+    return std::ranges::any_of(RuleCatalogue(), [group](const RuleInfo* rule) { return rule->group == group; });
   };
   for (const std::string_view chapter : kChapters) {
     if (rules_of(chapter)) groups.push_back(chapter);
   }
   for (const RuleInfo* rule : RuleCatalogue()) {
-    if (std::find(groups.begin(), groups.end(), rule->group) == groups.end()) groups.push_back(rule->group);
+    if (std::ranges::find(groups, rule->group) == groups.end()) groups.push_back(rule->group);
   }
   return groups;
 }

@@ -35,8 +35,7 @@ class CompletionCommand : public Command {
       const std::vector<CommandRow> table = CommandTable();
       const CommandRow* wanted = nullptr;
       if (command_) {
-        const auto found =
-            std::find_if(table.begin(), table.end(), [&](const CommandRow& row) { return row.name == *command_; });
+        const auto found = std::ranges::find(table, *command_, &CommandRow::name);
         if (found == table.end()) return Fail(console, Error{"unknown command '" + *command_ + "'"});
         wanted = &*found;
       }

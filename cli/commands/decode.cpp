@@ -53,9 +53,9 @@ class DatagramWriter final : public LineWriter {
 
  private:
   static bool HasDiagnosisTexts(const DeviceFiles& files) {
-    return std::any_of(files.esi.begin(), files.esi.end(), [](const DeviceFiles::Esi& file) {
-      return std::any_of(file.content.devices.begin(), file.content.devices.end(),
-                         [](const device::DeviceDescription& one) { return one.diagnosis_texts() != nullptr; });
+    return std::ranges::any_of(files.esi, [](const DeviceFiles::Esi& file) {
+      return std::ranges::any_of(file.content.devices,
+                                 [](const device::DeviceDescription& one) { return one.diagnosis_texts() != nullptr; });
     });
   }
 

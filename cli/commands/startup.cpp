@@ -51,7 +51,7 @@ bool FailedForGood(const StartupStep& step, const StartupSummary& startup) {
   if (step.key.kind == StartupKey::Kind::kRequest) return step.key.address > startup.reached;
   if (step.key.kind == StartupKey::Kind::kDrive) return true;
   return step.key.kind == StartupKey::Kind::kDownload &&
-         std::none_of(startup.steps.begin(), startup.steps.end(), [&](const StartupStep& other) {
+         std::ranges::none_of(startup.steps, [&](const StartupStep& other) {
            return other.key == step.key && other.outcome == StartupOutcome::kDone;
          });
 }
@@ -68,8 +68,7 @@ std::string WhatFailed(const StartupSummary& startup) {
 }
 
 bool HoldsStartup(const AnalysisResult& result) {
-  return std::any_of(result.slaves.begin(), result.slaves.end(),
-                     [](const SlaveSummary& slave) { return slave.startup.seen; }) ||
+  return std::ranges::any_of(result.slaves, [](const SlaveSummary& slave) { return slave.startup.seen; }) ||
          (result.bus.startup.seen && !result.bus.startup.steps.empty());
 }
 
@@ -220,7 +219,7 @@ class StartupCommand : public Command {
 
   [[nodiscard]] std::optional<Error> Save(const AnalysisResult& result, Console& console) const {
     const auto holds = [](const SlaveSummary& slave) { return !slave.startup.steps.empty(); };
-    if (std::none_of(result.slaves.begin(), result.slaves.end(), holds)) {
+    if (std::ranges::none_of(result.slaves, holds)) {
       return Error{run_.jobs().front().name() + " holds no start-up that could be saved"};
     }
     for (const SlaveSummary& slave : result.slaves) {
@@ -248,21 +247,20 @@ class StartupCommand : public Command {
     const std::string& name = run_.jobs().front().name();
     if (result.slaves.empty()) return Error{name + " shows no slave, so there is nothing to compare"};
     const auto described = [](const SlaveSummary& slave) { return !slave.esi_demands.empty(); };
-    if (std::any_of(result.slaves.begin(), result.slaves.end(), described)) return std::nullopt;
+    if (std::ranges::any_of(result.slaves, described)) return std::nullopt;
     return Error{name + " holds no start-up of a slave that " + *expect_ + " describes, or the ESI requires nothing"};
   }
 
   /// A capture that shows no slave's start-up must not pass for one that is as expected.
   [[nodiscard]] std::optional<Error> NothingCompared(const AnalysisResult& result) const {
     const startup::Comparison comparison = startup::Compare(*expectation_, result);
-    const auto without =
-        std::count_if(comparison.not_compared.begin(), comparison.not_compared.end(),
-                      [](const startup::NotCompared& entry) { return entry.slave != kNoSlave && !entry.only; });
+    const auto without = std::ranges::count_if(comparison.not_compared, [](const startup::NotCompared& entry) {
+      return entry.slave != kNoSlave && !entry.only;
+    });
     const std::string& name = run_.jobs().front().name();
     if (result.slaves.empty()) return Error{name + " shows no slave, so there is nothing to compare"};
-    const auto hidden = std::count_if(
-        comparison.not_compared.begin(), comparison.not_compared.end(),
-        [](const startup::NotCompared& entry) { return entry.only == startup::Deviation::Kind::kSlaveMissing; });
+    const auto hidden = std::ranges::count(comparison.not_compared, startup::Deviation::Kind::kSlaveMissing,
+                                           &startup::NotCompared::only);
     if (hidden > 0 && static_cast<std::size_t>(hidden) == expectation_->slaves.size()) {
       return Error{name +
                    " shows none of the expected slaves: " + report::TextOf(comparison.not_compared.back().reason)};

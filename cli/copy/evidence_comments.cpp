@@ -58,7 +58,7 @@ std::string FindingsThere(const AnalysisResult& result) {
   std::vector<std::uint32_t> numbers;
   for (FindingIndex i = 0; i < result.findings.size(); ++i) numbers.push_back(result.NumberOf(i));
   if (numbers.empty()) return "the report has none";
-  std::sort(numbers.begin(), numbers.end());
+  std::ranges::sort(numbers);
   const auto id = [](std::uint32_t number) { return "f" + std::to_string(number); };
   if (numbers.size() == 1) return "the report has " + id(numbers.front());
   if (numbers.back() - numbers.front() + 1 == numbers.size()) {
@@ -115,7 +115,7 @@ Result<std::vector<std::size_t>> FindingsNamed(const AnalysisResult& result, con
     }
     if (found.size() == before) return Error{"there is no finding of rule " + name};
   }
-  std::sort(found.begin(), found.end());
+  std::ranges::sort(found);
   found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
 }
@@ -130,7 +130,7 @@ std::vector<FrameNo> EvidenceFrames(const AnalysisResult& result, std::size_t fi
     frames.push_back(f.last.number);
     frames.insert(frames.end(), f.related_frames.begin(), f.related_frames.end());
   }
-  std::sort(frames.begin(), frames.end());
+  std::ranges::sort(frames);
   frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
   std::erase(frames, FrameNo{0});
   return frames;

@@ -17,7 +17,7 @@ class FrameChoice {
   explicit FrameChoice(FrameRange range) : range_(range) {}
   /// Of these, only the frames given and `context` packets before and after each.
   FrameChoice(FrameRange range, std::vector<FrameNo> frames, FrameNo context) : range_(range), spans_(std::in_place) {
-    std::sort(frames.begin(), frames.end());
+    std::ranges::sort(frames);
     for (const FrameNo frame : frames) {
       const FrameNo first = frame > context ? frame - context : 1;
       const FrameNo last = frame > kLast - context ? kLast : frame + context;

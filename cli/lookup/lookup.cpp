@@ -48,7 +48,7 @@ bool IsHexDigit(char c) {
 
 /// "6041", "1C12": an index, a code or an address as manuals print it.
 bool IsBareWord(std::string_view text) {
-  return text.size() == 4 && std::all_of(text.begin(), text.end(), IsHexDigit);
+  return text.size() == 4 && std::ranges::all_of(text, IsHexDigit);
 }
 
 Form FormOf(std::string_view what) {
@@ -99,8 +99,7 @@ Form FormOf(std::string_view what) {
 
 std::string Upper(std::string_view text) {
   std::string upper(text);
-  std::transform(upper.begin(), upper.end(), upper.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  std::ranges::transform(upper, upper.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   return upper;
 }
 

@@ -26,13 +26,13 @@ bool IsNameLetter(char c) {
 }
 
 bool SameText(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), SameLetter);
+  return std::ranges::equal(a, b, SameLetter);
 }
 
 /// "SERCSET", "DRV.OPMODE", "n17", "FBUS.PARAM02": what a manual prints so is a name, and no word of a sentence.
 bool IsPrintedAsName(std::string_view word) {
   const auto any = [word](auto of) {
-    return std::any_of(word.begin(), word.end(), [of](char c) { return of(static_cast<unsigned char>(c)) != 0; });
+    return std::ranges::any_of(word, [of](char c) { return of(static_cast<unsigned char>(c)) != 0; });
   };
   const auto upper = [](unsigned char c) { return std::isupper(c); };
   const auto lower = [](unsigned char c) { return std::islower(c); };
@@ -196,7 +196,7 @@ void AddNamed(std::string_view name, const Families& families, std::vector<Meani
       const bool names =
           SameText(title, name) || MentionsName(title, name) || MentionsName(words, name) || MentionsName(note, name);
       if (!names || !source.starts_with(family->document)) return;
-      const bool listed = std::any_of(known.begin(), known.end(), [&](const Statement& row) {
+      const bool listed = std::ranges::any_of(known, [&](const Statement& row) {
         return row.family == family->id && row.source == source && row.text.ends_with(words);
       });
       const std::string text = JoinedRow().Add(title).Add(words, ": ").Take();

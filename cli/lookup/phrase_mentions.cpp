@@ -96,10 +96,10 @@ std::string TextOf(const Parts& parts, std::string_view word) {
 }
 
 bool Cited(const std::vector<Meaning>& meanings, const std::string& family, const ProfileFact& fact) {
-  return std::any_of(meanings.begin(), meanings.end(), [&](const Meaning& meaning) {
-    return std::any_of(meaning.statements.begin(), meaning.statements.end(), [&](const Statement& statement) {
+  return std::ranges::any_of(meanings, [&](const Meaning& meaning) {
+    return std::ranges::any_of(meaning.statements, [&](const Statement& statement) {
       if (statement.family != family || statement.source != fact.source) return false;
-      return std::any_of(fact.parts.begin(), fact.parts.end(), [&](const auto& part) {
+      return std::ranges::any_of(fact.parts, [&](const auto& part) {
         const bool words = part.first == "text" || part.first == "name" || part.first == "meaning";
         return words && statement.text.find(part.second) != std::string::npos;
       });
@@ -136,8 +136,8 @@ void AddMentions(std::string_view what, const Families& families, const device::
   std::size_t more = 0;
   for (const device::DeviceDescription* family : families) {
     for (const ProfileFact& fact : FactsOf(registry.Text(family->id))) {
-      const bool mentioned = std::any_of(fact.parts.begin(), fact.parts.end(),
-                                         [&](const auto& part) { return HasWords(part.second, what); });
+      const bool mentioned =
+          std::ranges::any_of(fact.parts, [&](const auto& part) { return HasWords(part.second, what); });
       if (!mentioned && !HasWords(fact.note, what)) continue;
       const std::string id = family->id == "generic" ? "standard" : family->id;
       if (Cited(out, id, fact)) continue;

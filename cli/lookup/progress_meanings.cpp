@@ -112,13 +112,12 @@ constexpr std::array kQuestions{
 
 std::string Lower(std::string_view text) {
   std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return lower;
 }
 
 const RungPage& PageOf(std::string_view rung) {
-  return *std::find_if(kRungs.begin(), kRungs.end(), [&](const RungPage& page) { return page.rung == rung; });
+  return *std::ranges::find(kRungs, rung, &RungPage::rung);
 }
 
 void AddRung(const RungPage& page, std::vector<Meaning>& out) {

@@ -27,8 +27,7 @@ std::string Escaped(std::string_view text) {
 
 std::string Heading(const std::string& title, std::string_view summary) {
   std::string upper = title;
-  std::transform(upper.begin(), upper.end(), upper.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  std::ranges::transform(upper, upper.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   return ".TH \"" + Escaped(upper) + "\" 1 \"\" \"ecaudit " + std::string(Version()) +
          "\" \"EtherCAT trace analysis\"\n" + ".SH NAME\n" + Escaped(title) + " \\- " + Escaped(summary) + "\n";
 }
@@ -37,7 +36,7 @@ void AppendOptions(const CommandRow& command, std::string& out) {
   std::vector<std::string> groups;
   for (const OptionSet::Row& row : command.options) {
     const std::string group = row.argument ? "Arguments" : row.group.empty() ? "Options" : row.group;
-    if (std::find(groups.begin(), groups.end(), group) == groups.end()) groups.push_back(group);
+    if (std::ranges::find(groups, group) == groups.end()) groups.push_back(group);
   }
   out += ".SH OPTIONS\n";
   for (const std::string& group : groups) {

@@ -73,8 +73,8 @@ std::vector<ChapterCoverage> ByChapter(std::span<const RuleCoverage> rules) {
   std::vector<ChapterCoverage> chapters;
   for (const std::string_view chapter : kChapters) chapters.push_back({chapter, {}});
   for (const RuleCoverage& rule : rules) {
-    auto at = std::find_if(chapters.begin(), chapters.end(),
-                           [&](const ChapterCoverage& chapter) { return chapter.chapter == rule.chapter; });
+    auto at =
+        std::ranges::find_if(chapters, [&](const ChapterCoverage& chapter) { return chapter.chapter == rule.chapter; });
     if (at == chapters.end()) at = chapters.insert(chapters.end(), {rule.chapter, {}});
     at->count.Add(CountOf(rule));
   }
@@ -114,7 +114,7 @@ std::string CoverageText(std::span<const RuleCoverage> rules) {
     std::string& list = count.applicable() > 0 ? chapters : without;
     list += list.empty() ? "" : ", ";
     std::string name(chapter.chapter.substr(0, chapter.chapter.find(" (")));
-    std::replace(name.begin(), name.end(), ' ', kHardSpace);
+    std::ranges::replace(name, ' ', kHardSpace);
     list += name;
     if (count.applicable() == 0) continue;
     list += kHardSpace + Grouped(count.judged) + "/" + Grouped(count.applicable());
@@ -139,7 +139,7 @@ std::vector<MissingCount> WhatIsMissing(const AnalysisResult& result) {
       const Reason& reason = line->second->reason;
       const bool is_thing = reason.code == ReasonCode::kNotInCapture && reason.what != nullptr;
       const std::string what = is_thing ? std::string(reason.what->text) : TextOf(reason);
-      const auto at = std::find_if(missing.begin(), missing.end(), [&](const auto& m) { return m.what == what; });
+      const auto at = std::ranges::find_if(missing, [&](const auto& m) { return m.what == what; });
       if (at == missing.end()) {
         missing.push_back({what, 1});
       } else {
@@ -147,8 +147,7 @@ std::vector<MissingCount> WhatIsMissing(const AnalysisResult& result) {
       }
     }
   }
-  std::stable_sort(missing.begin(), missing.end(),
-                   [](const MissingCount& a, const MissingCount& b) { return a.checks > b.checks; });
+  std::ranges::stable_sort(missing, [](const MissingCount& a, const MissingCount& b) { return a.checks > b.checks; });
   return missing;
 }
 
@@ -194,8 +193,8 @@ std::vector<std::string> TextsOf(const std::vector<Reservation>& reservations) {
 }
 
 std::vector<Reservation> Reservations(const AnalysisResult& result) {
-  const bool misses = std::any_of(result.not_evaluable.begin(), result.not_evaluable.end(),
-                                  [](const auto& entry) { return entry.reason.code == ReasonCode::kMissesPackets; });
+  const bool misses = std::ranges::any_of(
+      result.not_evaluable, [](const auto& entry) { return entry.reason.code == ReasonCode::kMissesPackets; });
   return Reservations(misses, !WhyLimited(result).empty(), CountOf(result.coverage));
 }
 

@@ -39,8 +39,8 @@ class DiffText {
     }
     Section("Slaves", [](const diff::Difference& d) { return d.counts && d.area == diff::Area::kBus; });
     // Then the outcome: what it is all about.
-    if (HasOutcome() && std::any_of(all.begin(), all.end(),
-                                    [](const diff::Difference& d) { return d.counts && d.area == diff::Area::kBus; })) {
+    if (HasOutcome() &&
+        std::ranges::any_of(all, [](const diff::Difference& d) { return d.counts && d.area == diff::Area::kBus; })) {
       text_.Line();
     }
     for (const diff::Difference& d : all) {
@@ -55,10 +55,9 @@ class DiffText {
     const auto is_no_difference = [](const diff::Difference& d) {
       return !d.counts && d.area != diff::Area::kFinding && !d.consequence;
     };
-    const bool leads =
-        std::any_of(all.begin(), all.end(), [&](const diff::Difference& d) { return d.relevant && is_setting(d); });
+    const bool leads = std::ranges::any_of(all, [&](const diff::Difference& d) { return d.relevant && is_setting(d); });
     const bool explained =
-        std::any_of(all.begin(), all.end(), [&](const diff::Difference& d) { return d.relevant && is_finding(d); });
+        std::ranges::any_of(all, [&](const diff::Difference& d) { return d.relevant && is_finding(d); });
     if (leads || explained) {
       Section(OneLine(report_.diff.failed) + ": what it is about, the likeliest reason first",
               [&](const diff::Difference& d) { return d.relevant && (is_setting(d) || is_finding(d)); });
@@ -79,7 +78,7 @@ class DiffText {
       Section("What follows from it: steps the other start-up did not come to", is_consequence);
       Section("Does not count: times, devices, layout", is_no_difference);
     } else {
-      const auto left = std::count_if(all.begin(), all.end(), [&](const diff::Difference& d) {
+      const auto left = std::ranges::count_if(all, [&](const diff::Difference& d) {
         return (is_setting(d) && !d.relevant) || is_consequence(d) || is_no_difference(d);
       });
       if (left > 0) {
@@ -99,14 +98,13 @@ class DiffText {
   static std::string Path(const AnalysisResult& result) { return OneLine(result.capture.file.path); }
 
   [[nodiscard]] std::size_t Compared() const {
-    return static_cast<std::size_t>(
-        std::count_if(report_.diff.pairs.begin(), report_.diff.pairs.end(),
-                      [](const diff::SlavePair& pair) { return pair.a != nullptr && pair.b != nullptr; }));
+    return static_cast<std::size_t>(std::ranges::count_if(
+        report_.diff.pairs, [](const diff::SlavePair& pair) { return pair.a != nullptr && pair.b != nullptr; }));
   }
 
   [[nodiscard]] bool HasOutcome() const {
-    return std::any_of(report_.diff.differences.begin(), report_.diff.differences.end(),
-                       [](const diff::Difference& d) { return d.area == diff::Area::kOutcome; });
+    return std::ranges::any_of(report_.diff.differences,
+                               [](const diff::Difference& d) { return d.area == diff::Area::kOutcome; });
   }
 
   [[nodiscard]] std::string Label(const diff::SlavePair& pair) const {

@@ -62,8 +62,8 @@ std::string TitleAndFrame(const FindingDigest& f) {
 
 /// The rules that could not be evaluated for it report this.
 bool MissesPackets(const CaptureDigest& capture) {
-  return std::any_of(capture.not_judged.begin(), capture.not_judged.end(),
-                     [](const NotJudged& entry) { return entry.code == Name(ReasonCode::kMissesPackets); });
+  return std::ranges::any_of(capture.not_judged,
+                             [](const NotJudged& entry) { return entry.code == Name(ReasonCode::kMissesPackets); });
 }
 
 /// ", but the capture misses packets"
@@ -85,7 +85,7 @@ std::vector<Reservation> Reservations(const CaptureDigest& capture) {
 }
 
 void SortDevices(std::vector<std::string>& devices) {
-  std::sort(devices.begin(), devices.end());
+  std::ranges::sort(devices);
   devices.erase(std::unique(devices.begin(), devices.end()), devices.end());
   if (!devices.empty() && devices.front().empty()) devices.erase(devices.begin());
 }

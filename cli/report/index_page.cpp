@@ -158,8 +158,8 @@ class IndexPage {
     const std::string_view verdict = tally_.Verdict(digest_);
     const std::string_view kind = verdict == "pass" ? "good" : verdict == "limited" ? "warning" : "error";
     std::string word(verdict);
-    std::transform(word.begin(), word.end(), word.begin(),
-                   [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
+    std::ranges::transform(word, word.begin(),
+                           [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
     std::string text = Grouped(tally_.failed) + " failed";
     const auto add = [&text](std::uint64_t count, const char* what) {
       if (count > 0) text += ", " + Grouped(count) + " " + what;
@@ -190,7 +190,7 @@ class IndexPage {
     constexpr std::size_t kFew = 8;
     if (tally_.causes.empty()) return;
     const auto shared = [](const CauseGroup& group) { return group.captures.size() > 1; };
-    const auto several = static_cast<std::size_t>(std::count_if(tally_.causes.begin(), tally_.causes.end(), shared));
+    const auto several = static_cast<std::size_t>(std::ranges::count_if(tally_.causes, shared));
     const std::size_t single = tally_.causes.size() - several;
     out_ += "<section class=\"panel\" aria-labelledby=\"causes-title\">\n<h2 id=\"causes-title\">First causes</h2>\n";
     if (several > 0) CauseTable([&](const CauseGroup& group) { return shared(group); });
@@ -233,7 +233,7 @@ class IndexPage {
     std::vector<std::string_view> verdicts;
     for (const CaptureDigest& capture : digest_.captures) {
       const std::string_view name = Name(StatusOf(capture));
-      if (std::find(verdicts.begin(), verdicts.end(), name) == verdicts.end()) verdicts.push_back(name);
+      if (std::ranges::find(verdicts, name) == verdicts.end()) verdicts.push_back(name);
     }
     for (const std::string_view name : verdicts) out_ += "<option>" + XmlText(name) + "</option>";
     out_ += "</select></label><label>First cause <select id=\"cause\"><option value=\"\">all</option>";
@@ -268,7 +268,7 @@ class IndexPage {
     // Captures of the same urgency stay in their order.
     std::vector<std::size_t> order(digest_.captures.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
+    std::ranges::stable_sort(order, [this](std::size_t a, std::size_t b) {
       return UrgencyOf(digest_.captures[a]) < UrgencyOf(digest_.captures[b]);
     });
     for (const std::size_t i : order) Row(digest_.captures[i], cause_of_[i]);

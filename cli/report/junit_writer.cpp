@@ -33,7 +33,7 @@ std::string ClassName(const std::string& path) {
     std::string text = part.string();
     if (text == "." || text.empty()) continue;
     if (text == "..") text = "up";
-    std::replace(text.begin(), text.end(), '.', '_');
+    std::ranges::replace(text, '.', '_');
     name += (name.empty() ? "" : ".") + text;
   }
   return name.empty() ? "capture" : name;
@@ -86,8 +86,7 @@ std::vector<std::string> Reasons(const CaptureDigest& capture, std::string_view 
   for (const NotJudged& entry : capture.not_judged) {
     if (entry.rule != rule) continue;
     const std::string place = PlaceOf(entry, capture.slave_names);
-    const auto same =
-        std::find_if(reasons.begin(), reasons.end(), [&](const auto& r) { return r.first == entry.reason; });
+    const auto same = std::ranges::find_if(reasons, [&](const auto& r) { return r.first == entry.reason; });
     if (same == reasons.end()) {
       reasons.emplace_back(entry.reason, place);
     } else {
@@ -127,8 +126,8 @@ TestCase Required(const CaptureDigest& capture) {
 }
 
 bool SwitchedOff(const CaptureDigest& capture, std::string_view rule) {
-  return std::any_of(capture.rules.begin(), capture.rules.end(),
-                     [rule](const auto& setting) { return setting.first == rule && setting.second == "off"; });
+  return std::ranges::any_of(capture.rules,
+                             [rule](const auto& setting) { return setting.first == rule && setting.second == "off"; });
 }
 
 std::vector<TestCase> TestCases(const Digest& digest, const CaptureDigest& capture) {
@@ -139,8 +138,7 @@ std::vector<TestCase> TestCases(const Digest& digest, const CaptureDigest& captu
   for (const FindingDigest& f : capture.findings) {
     if (!Counts(capture, f)) continue;
     auto& places = failed[f.rule];
-    const auto same =
-        std::find_if(places.begin(), places.end(), [&](const auto& group) { return group.front()->place == f.place; });
+    const auto same = std::ranges::find_if(places, [&](const auto& group) { return group.front()->place == f.place; });
     if (same == places.end()) {
       places.push_back({&f});
     } else {
@@ -159,7 +157,7 @@ std::vector<TestCase> TestCases(const Digest& digest, const CaptureDigest& captu
   for (const RuleInfo* rule : digest.rules) rules.emplace_back(rule->id);
   for (const auto& [rule, findings] : failed) rules.push_back(rule);
   for (const NotJudged& entry : capture.not_judged) rules.push_back(entry.rule);
-  std::sort(rules.begin(), rules.end());
+  std::ranges::sort(rules);
   rules.erase(std::unique(rules.begin(), rules.end()), rules.end());
   for (const std::string& rule : rules) {
     const std::vector<std::string> reasons = Reasons(capture, rule);
@@ -211,8 +209,7 @@ struct Totals {
   void Add(const std::vector<TestCase>& cases) {
     tests += cases.size();
     const auto count = [&cases](TestCase::Outcome outcome) {
-      return static_cast<std::uint64_t>(
-          std::count_if(cases.begin(), cases.end(), [outcome](const TestCase& t) { return t.outcome == outcome; }));
+      return static_cast<std::uint64_t>(std::ranges::count(cases, outcome, &TestCase::outcome));
     };
     failures += count(TestCase::Outcome::kFailed);
     errors += count(TestCase::Outcome::kError);

@@ -35,8 +35,7 @@ std::string HeadOf(const MappingTable& table) {
     lengths += (lengths.empty() ? ": " : ", ") + std::string(what) + " " + length;
   };
   if (table.wanted_bits) add("wanted", LengthText(*table.wanted_bits));
-  const bool doubtful =
-      std::any_of(table.rows.begin(), table.rows.end(), [](const MappingRow& row) { return row.doubtful; });
+  const bool doubtful = std::ranges::any_of(table.rows, &MappingRow::doubtful);
   if (table.slave_bits) add(doubtful ? "in the slave maybe" : "in the slave", LengthText(*table.slave_bits));
   if (table.manager_bytes) {
     add("sync manager", Count(*table.manager_bytes, "byte"));
@@ -70,7 +69,7 @@ std::vector<std::string> MappingLines(const MappingTable& table) {
     for (std::size_t i = 0; i < kColumns; ++i) {
       line += i + 1 < kColumns ? Padded(cells[i], width[i] + 2) : cells[i];
     }
-    std::replace(line.begin(), line.end(), kHardSpace, ' ');
+    std::ranges::replace(line, kHardSpace, ' ');
     while (line.ends_with(' ')) line.pop_back();
     lines.push_back(line);
   }

@@ -48,8 +48,7 @@ std::string FrameText(const FindingDigest& f) {
 std::string Findings(const CaptureDigest& capture) {
   if (capture.findings.empty()) return {};
   std::string out = "\n" + Row({"", "rule", "where", "what", "frame"}) + "|---|---|---|---|---|\n";
-  const auto known = static_cast<std::uint64_t>(
-      std::count_if(capture.findings.begin(), capture.findings.end(), [](const FindingDigest& f) { return f.known; }));
+  const auto known = static_cast<std::uint64_t>(std::ranges::count_if(capture.findings, &FindingDigest::known));
   std::size_t listed = 0;
   for (const OrderedFinding& entry : OrderForReading(capture)) {
     const FindingDigest& f = capture.findings[entry.index];

@@ -154,9 +154,8 @@ std::vector<ProgressLine> LinesOf(const AnalysisResult& result, const SlaveSumma
 }
 
 bool Alike(const std::vector<ProgressLine>& a, const std::vector<ProgressLine>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const ProgressLine& x, const ProgressLine& y) {
-    return x.label == y.label && x.text == y.text;
-  });
+  return std::ranges::equal(
+      a, b, [](const ProgressLine& x, const ProgressLine& y) { return x.label == y.label && x.text == y.text; });
 }
 
 }  // namespace

@@ -69,8 +69,7 @@ class CaptureStartup {
     return a.identity.vendor_id == b.identity.vendor_id && a.identity.product_code == b.identity.product_code &&
            a.identity.revision == b.identity.revision && a.startup.seen && a.startup.reached == b.startup.reached &&
            a.startup.steps_left_out == b.startup.steps_left_out &&
-           std::equal(a.startup.steps.begin(), a.startup.steps.end(), b.startup.steps.begin(), b.startup.steps.end(),
-                      same);
+           std::ranges::equal(a.startup.steps, b.startup.steps, same);
   }
 
   [[nodiscard]] static std::string WhenText(const StartupSummary& startup) {
@@ -96,8 +95,7 @@ class CaptureStartup {
       return;
     }
     head += startup.reached == 0 ? "state not seen" : esc::StateName(startup.reached) + " reached";
-    const auto failed = std::find_if(startup.phases.begin(), startup.phases.end(),
-                                     [](const StartupPhaseSummary& phase) { return phase.failed; });
+    const auto failed = std::ranges::find_if(startup.phases, &StartupPhaseSummary::failed);
     if (failed != startup.phases.end()) head += ", " + failed->result;
     text_.Line(text_.Styled(SlaveLabel(result_, slave.id), Style::kBold) + head + WhenText(startup));
     if (startup.again > 0) {
@@ -110,7 +108,7 @@ class CaptureStartup {
       line += Padded(FrameText(phase.first), kFrameColumn);
       std::string rest = phase.duration ? Duration(*phase.duration) : "";
       if (!phase.result.empty()) rest += (rest.empty() ? "" : ", ") + phase.result;
-      std::replace(line.begin(), line.end(), kHardSpace, ' ');
+      std::ranges::replace(line, kHardSpace, ' ');
       text_.Line(phase.failed ? line + text_.Styled(rest, Style::kError) : line + rest, 2);
       Steps(startup, phase.phase);
     }
@@ -126,7 +124,7 @@ class CaptureStartup {
       const bool marked = failed && !step.broadcast;
       std::string line = Padded(FrameText(step.frame), kFrameColumn) + StepLine(step);
       if (marked && line.size() + kStepIndent < text_.width()) {
-        std::replace(line.begin(), line.end(), kHardSpace, ' ');
+        std::ranges::replace(line, kHardSpace, ' ');
         text_.Line(text_.Styled(line, step.key.kind == StartupKey::Kind::kWrite ? Style::kWarning : Style::kError),
                    kStepIndent);
       } else {

@@ -61,7 +61,7 @@ constexpr std::size_t kCausesShown = 20;
 /// "37 captures: error al-refused: SAFEOP refused ...; first seen 2026-03-02; slaves of ..."
 void Causes(const Digest& digest, const Tally& tally, TextBuilder& text) {
   const auto shared = [](const CauseGroup& group) { return group.captures.size() > 1; };
-  if (std::none_of(tally.causes.begin(), tally.causes.end(), shared)) return;
+  if (std::ranges::none_of(tally.causes, shared)) return;
   text.Line();
   text.Line(text.Styled("The same first cause in several captures", Style::kBold));
   std::size_t shown = 0;

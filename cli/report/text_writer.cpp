@@ -160,8 +160,7 @@ class CaptureText {
   }
 
   [[nodiscard]] bool HasFinding(SlaveId id) const {
-    return std::any_of(result_.findings.begin(), result_.findings.end(),
-                       [id](const Finding& f) { return f.slave == id; });
+    return std::ranges::any_of(result_.findings, [id](const Finding& f) { return f.slave == id; });
   }
 
   /// Same device and the same sequence of states, and nothing to report about either.
@@ -172,8 +171,7 @@ class CaptureText {
     return a.profile == b.profile && a.name == b.name && a.identity.vendor_id == b.identity.vendor_id &&
            a.identity.product_code == b.identity.product_code && a.identity.revision == b.identity.revision &&
            a.al_history_left_out == b.al_history_left_out &&
-           std::equal(a.al_history.begin(), a.al_history.end(), b.al_history.begin(), b.al_history.end(), same_step) &&
-           !HasFinding(a.id) && !HasFinding(b.id);
+           std::ranges::equal(a.al_history, b.al_history, same_step) && !HasFinding(a.id) && !HasFinding(b.id);
   }
 
   void Slave(const SlaveSummary& s) {
@@ -209,8 +207,7 @@ class CaptureText {
   /// "17 bytes in 1600h, 1601h: 6040h:0 Control word, ...", as far as it is known. What was never used is not
   /// mentioned.
   void ProcessData(std::string_view label, const PdoSummary& pdo, std::uint8_t sync_manager, const SlaveSummary& s) {
-    const auto manager = std::find_if(s.sync_managers.begin(), s.sync_managers.end(),
-                                      [&](const SyncManagerSummary& m) { return m.number == sync_manager; });
+    const auto manager = std::ranges::find(s.sync_managers, sync_manager, &SyncManagerSummary::number);
     if (!pdo.bytes) {
       if (manager == s.sync_managers.end() || !manager->enabled || manager->mailbox) return;
       text_.Field(label, Count(manager->length, "byte") + ", contents not known: " + OneLine(pdo.reason), 5);
@@ -231,7 +228,7 @@ class CaptureText {
       }
       std::string name = ObjectName(object.index, object.subindex);
       if (!object.name.empty()) name += " " + OneLine(object.name);
-      std::replace(name.begin(), name.end(), ' ', kHardSpace);
+      std::ranges::replace(name, ' ', kHardSpace);
       text += (shown == 0 ? "" : ", ") + name;
       ++shown;
     }
@@ -389,7 +386,7 @@ class CaptureText {
     if (shown.times > 1) text += " " + std::to_string(shown.times) + " times";
     text += Place(shown.step->frame);
     if (shown.times > 1 && shown.last->frame.seen()) text += " to" + Place(shown.last->frame);
-    std::replace(text.begin(), text.end(), ' ', kHardSpace);
+    std::ranges::replace(text, ' ', kHardSpace);
     return text;
   }
 
@@ -519,7 +516,7 @@ class CaptureText {
     const auto add = [&](std::string_view name, const std::string& value) {
       if (!evidence.empty()) evidence += ", ";
       std::string item = OneLine(name) + " = " + value;
-      if (Columns(item) <= kKeptTogether) std::replace(item.begin(), item.end(), ' ', kHardSpace);
+      if (Columns(item) <= kKeptTogether) std::ranges::replace(item, ' ', kHardSpace);
       evidence += item;
     };
     for (const Argument& argument : f.arguments) {
@@ -598,15 +595,15 @@ class CaptureText {
       const auto [at, is_new] = index.try_emplace(TextOf(entry), groups.size());
       if (is_new) groups.emplace_back(TextOf(entry), Group{});
       Group& group = groups[at->second].second;
-      if (std::find(group.rules.begin(), group.rules.end(), entry.rule) == group.rules.end()) {
+      if (std::ranges::find(group.rules, entry.rule) == group.rules.end()) {
         group.rules.push_back(entry.rule);
       }
       if (const SlaveSummary* slave = result_.slave(entry.slave)) {
         group.positions.insert(slave->position);
       }
     }
-    std::stable_sort(groups.begin(), groups.end(),
-                     [](const auto& a, const auto& b) { return a.second.rules.size() > b.second.rules.size(); });
+    std::ranges::stable_sort(
+        groups, [](const auto& a, const auto& b) { return a.second.rules.size() > b.second.rules.size(); });
     for (std::size_t i = 0; i < groups.size(); ++i) {
       if (i == kReasonsShown) {
         text_.Line("and " + Count(groups.size() - i, "more reason") + " (--format json lists all)", 2);

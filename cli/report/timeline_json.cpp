@@ -41,7 +41,7 @@ void PutSeries(JsonObject& out, std::string_view key, const AnalysisResult& resu
       __builtin_sub_overflow(series.start, result.capture.origin.time, &start)) {
     return out.Put(key, nullptr);
   }
-  const auto any = [&](auto holds) { return std::any_of(series.buckets.begin(), series.buckets.end(), holds); };
+  const auto any = [&](auto holds) { return std::ranges::any_of(series.buckets, holds); };
   out.Object(key, [&](JsonObject& json) {
     json.Put("start_s", static_cast<double>(start) / 1e9);
     json.Put("width_s", static_cast<double>(series.width) / 1e9);
@@ -74,7 +74,7 @@ class CloseFrames {
       return std::equal(values.begin(), values.end(), other->begin(), other->end(),
                         [](const CloseValue& a, const CloseValue& b) { return a.frame == b.frame; });
     };
-    const auto found = std::find_if(lists_.begin(), lists_.end(), same);
+    const auto found = std::ranges::find_if(lists_, same);
     if (found != lists_.end()) return static_cast<std::size_t>(found - lists_.begin());
     lists_.push_back(&values);
     return lists_.size() - 1;
@@ -99,7 +99,7 @@ void PutCloseFrames(JsonObject& out, const AnalysisResult& result, const std::ve
 /// One number where it never changes, as most process data.
 void PutCloseValues(JsonObject& out, const std::vector<CloseValue>& values) {
   const auto differs = [&values](const CloseValue& value) { return value.value != values.front().value; };
-  if (std::none_of(values.begin(), values.end(), differs)) return out.Put("value", Number(values.front().value));
+  if (std::ranges::none_of(values, differs)) return out.Put("value", Number(values.front().value));
   out.Array("values", [&](JsonArray& array) {
     for (const CloseValue& value : values) array.Add(Number(value.value));
   });

@@ -8,7 +8,7 @@ namespace ecaudit::report {
 std::string WiresharkFilter(const Finding& finding) {
   std::vector<FrameNo> frames;
   const auto add = [&frames](FrameNo frame) {
-    if (frame != 0 && std::find(frames.begin(), frames.end(), frame) == frames.end()) frames.push_back(frame);
+    if (frame != 0 && std::ranges::find(frames, frame) == frames.end()) frames.push_back(frame);
   };
   add(finding.first.number);
   add(finding.last.number);

@@ -40,7 +40,7 @@ Result<EventTypes> EventTypes::Parse(const std::vector<std::string>& options) {
     while (at <= option.size()) {
       const std::size_t comma = std::min(option.find(',', at), option.size());
       const std::string_view name = std::string_view(option).substr(at, comma - at);
-      const auto found = std::find(kNames.begin(), kNames.end(), name);
+      const auto found = std::ranges::find(kNames, name);
       if (found == kNames.end()) {
         const std::string nearest(Nearest(name, kNames));
         return Error{"unknown event type '" + std::string(name) + "'" +

@@ -15,7 +15,7 @@ void RowTape::Clear() {
 
 void RowTape::Put(ByteSpan bytes) {
   if (buffer_.size() - end_ < bytes.size()) MakeRoom(bytes.size());
-  std::copy(bytes.begin(), bytes.end(), buffer_.begin() + static_cast<std::ptrdiff_t>(end_));
+  std::ranges::copy(bytes, buffer_.begin() + static_cast<std::ptrdiff_t>(end_));
   end_ += bytes.size();
 }
 

@@ -128,13 +128,12 @@ bool SignalColumns::Wants(const SignalColumn& column) {
   }
   bool wanted = false;
   for (std::size_t i = 0; i < choice_.patterns.size(); ++i) {
-    const bool matches = std::any_of(
-        names.begin(), names.end(), [&](const std::string& name) { return MatchesPattern(choice_.patterns[i], name); });
+    const bool matches =
+        std::ranges::any_of(names, [&](const std::string& name) { return MatchesPattern(choice_.patterns[i], name); });
     if (matches) matched_[i] = wanted = true;
   }
   if (wanted) return true;
-  if (passed_over_.size() < kMaxPassedOver &&
-      std::find(passed_over_.begin(), passed_over_.end(), column.name) == passed_over_.end()) {
+  if (passed_over_.size() < kMaxPassedOver && std::ranges::find(passed_over_, column.name) == passed_over_.end()) {
     passed_over_.push_back(column.name);
   }
   return false;
@@ -242,7 +241,7 @@ void SignalColumns::Finish() {
     return std::tuple(datagram, !c.position, c.position.value_or(c.station.value_or(0)),
                       datagram ? c.name : std::string(), c.direction);
   };
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return rank(a) < rank(b); });
+  std::ranges::stable_sort(order, [&](std::uint32_t a, std::uint32_t b) { return rank(a) < rank(b); });
   std::vector<SignalColumn> sorted;
   place_.resize(columns_.size());
   for (const std::uint32_t i : order) {

@@ -135,7 +135,7 @@ void SignalWriter::ReportOddities(Console& console) const {
   std::map<std::string, std::vector<std::string>> raw;                     // slaves by what is reported about them
   std::vector<std::pair<std::string, std::vector<std::string>>> inferred;  // objects of each slave, in their order
   const auto add = [](std::vector<std::string>& list, const std::string& item) {
-    if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
+    if (std::ranges::find(list, item) == list.end()) list.push_back(item);
   };
   for (const SignalColumn& column : columns_.columns()) {
     if (!column.reason.empty()) {
@@ -180,9 +180,8 @@ void SignalWriter::KeepRow() {
         WrappingDifference(static_cast<std::uint64_t>(value), static_cast<std::uint64_t>(before)));
   };
   tape_.PutNumber(*layout);
-  const bool all_numbers = std::all_of(row_.filled.begin(), row_.filled.end(), [this](std::uint32_t column) {
-    return cells_[column].content == Content::kNumber;
-  });
+  const bool all_numbers = std::ranges::all_of(
+      row_.filled, [this](std::uint32_t column) { return cells_[column].content == Content::kNumber; });
   tape_.PutNumber((sent.has_time ? 1U : 0U) | (returned.has_time ? 2U : 0U) | (row_.dc_time ? 4U : 0U) |
                   (all_numbers ? 8U : 0U));
   tape_.PutSigned(difference(sent.number, before_.number));
@@ -227,7 +226,7 @@ void SignalWriter::KeepNumbers(std::span<const std::uint32_t> columns) {
     to = RowTape::PutAt(to, raw ^ before[column]);
     before[column] = raw;
     if (kinds[column] == ColumnKind::kSignal) continue;
-    const auto drive = std::find(kept_families_.begin(), kept_families_.end(), families_[column]);
+    const auto drive = std::ranges::find(kept_families_, families_[column]);
     to = RowTape::PutAt(to, static_cast<std::uint64_t>(drive - kept_families_.begin()));
     if (drive == kept_families_.end()) kept_families_.push_back(families_[column]);
   }
@@ -294,7 +293,7 @@ void SignalWriter::End() {
 }
 
 bool SignalWriter::ShowsUnmet(std::span<const SlaveSelector> selectors) const {
-  return std::any_of(columns_.columns().begin(), columns_.columns().end(), [&](const SignalColumn& column) {
+  return std::ranges::any_of(columns_.columns(), [&](const SignalColumn& column) {
     return !column.slave.empty() && SelectsAddress(selectors, column.position, column.station);
   });
 }

@@ -58,7 +58,7 @@ std::optional<Error> NothingInRange(const std::string& name, const TimedSource& 
 bool SelectsAddress(std::span<const SlaveSelector> selectors, std::optional<SlavePos> position,
                     std::optional<StationAddress> station) {
   if (selectors.empty()) return true;
-  return std::any_of(selectors.begin(), selectors.end(), [&](const SlaveSelector& selector) {
+  return std::ranges::any_of(selectors, [&](const SlaveSelector& selector) {
     if (!selector.by_address && selector.or_address != 0 && station == selector.or_address) return true;
     return selector.by_address ? station == selector.value : position == selector.value;
   });
@@ -247,8 +247,7 @@ ExitStatus StreamRun::Write(Console& console, LineWriter& writer, const Plan& pl
     // On a terminal the lines themselves show it.
     observation.Run(pass.source, RunOptions(writer, plan.range, progress, !console.output_is_terminal()));
   }
-  const bool all_closed =
-      std::all_of(targets.begin(), targets.end(), [](const LineTarget& t) { return t.output.closed(); });
+  const bool all_closed = std::ranges::all_of(targets, [](const LineTarget& t) { return t.output.closed(); });
   const bool interrupted = InterruptFlag() && !all_closed;
   writer.End();
   progress.Clear();

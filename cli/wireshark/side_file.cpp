@@ -101,7 +101,7 @@ std::optional<Error> SideFile::Finish() {
 
 std::string SideField(std::string_view text) {
   std::string field = report::OneLine(text);
-  std::replace(field.begin(), field.end(), '\t', ' ');
+  std::ranges::replace(field, '\t', ' ');
   return field;
 }
 

@@ -96,7 +96,7 @@ void SideRows::Row(const SignalRow& row) {
   if (present_.empty() || layout >= kMostLayouts) return;
   if (side_.begins_block(SideSection::kSignals)) {
     side_.BeginBlock(SideSection::kSignals, row.frame);
-    std::for_each(shown_.begin(), shown_.end(), [](std::string& text) { text.clear(); });
+    std::ranges::for_each(shown_, [](std::string& text) { text.clear(); });
   }
   line_.clear();
   AppendNumber(line_, row.frame);

@@ -112,7 +112,7 @@ class Forwarder : public Sax {
 
 /// What a JSON text holds as it is: nearly all text there is.
 bool IsPlain(std::string_view text) {
-  return std::all_of(text.begin(), text.end(), [](char c) { return c >= 0x20 && c <= 0x7E && c != '"' && c != '\\'; });
+  return std::ranges::all_of(text, [](char c) { return c >= 0x20 && c <= 0x7E && c != '"' && c != '\\'; });
 }
 
 void AppendDump(std::string& out, const Json& value) {
@@ -204,7 +204,7 @@ std::vector<JsonMember> JsonValue::Members() const {
   all.reserve(size());
   const JsonNode* const first = value_->held.children.first;
   for (const JsonNode* node = first; node != first + size(); ++node) all.push_back({node->key, JsonValue(node)});
-  std::sort(all.begin(), all.end(), [](const JsonMember& a, const JsonMember& b) { return a.key < b.key; });
+  std::ranges::sort(all, {}, &JsonMember::key);
   return all;
 }
 

@@ -59,7 +59,7 @@ class MemoryReader final : public ByteReader {
 
   std::size_t Read(std::span<std::uint8_t> out, std::string& /*error*/) override {
     const ByteSpan part = Slice(bytes_, position_, out.size());
-    std::copy(part.begin(), part.end(), out.begin());
+    std::ranges::copy(part, out.begin());
     position_ += part.size();
     return part.size();
   }

@@ -28,7 +28,7 @@ class InterfaceFilter final : public FrameSource {
 
  private:
   [[nodiscard]] bool IsWanted(std::uint16_t interface) const {
-    return std::find(interfaces_.begin(), interfaces_.end(), interface) != interfaces_.end();
+    return std::ranges::find(interfaces_, interface) != interfaces_.end();
   }
 
   std::unique_ptr<FrameSource> source_;

@@ -106,7 +106,7 @@ std::optional<Error> JoinedSource::Open(std::span<const std::string> paths) {
   }
   if (!sizes_known) total_ = 0;
   for (const std::string& format : formats) info_.format += (info_.format.empty() ? "" : ", ") + format;
-  std::stable_sort(files_.begin(), files_.end(), [](const File& a, const File& b) { return a.key < b.key; });
+  std::ranges::stable_sort(files_, {}, &File::key);
   return std::nullopt;
 }
 
@@ -230,7 +230,7 @@ void JoinedSource::TakeComments(File& file, FrameNo head_number) {
     const Comment& comment = comments[file.comments_taken];
     const bool of_packet = comment.frame != 0;
     if (info_.comments.size() >= kMaxJoinedComments) continue;
-    const bool known = !of_packet && std::any_of(info_.comments.begin(), info_.comments.end(), [&](const Comment& c) {
+    const bool known = !of_packet && std::ranges::any_of(info_.comments, [&](const Comment& c) {
       return c.frame == 0 && c.text == comment.text;
     });
     if (!known) info_.comments.push_back({of_packet ? head_number : 0, comment.text});

@@ -105,7 +105,7 @@ class PcapSource final : public FrameSource {
   /// @return why libpcap does not read a file that begins like this; empty when it does
   std::string AskLibpcap(ByteSpan header) {
     std::array<std::uint8_t, kFileHeaderBytes> copy{};
-    std::copy(header.begin(), header.end(), copy.begin());
+    std::ranges::copy(header, copy.begin());
     FILE* file = system::OpenBytes(copy);
     if (file == nullptr) return "cannot open a stream";
     std::array<char, PCAP_ERRBUF_SIZE> message{};

@@ -15,12 +15,11 @@ DeviceDescription::~DeviceDescription() = default;
 
 bool AlStatusCode::AppliesTo(esc::AlState from, esc::AlState to) const {
   if (any_transition) return true;
-  return std::any_of(transitions.begin(), transitions.end(),
-                     [&](const Transition& t) { return t.from == from && t.to == to; });
+  return std::ranges::any_of(transitions, [&](const Transition& t) { return t.from == from && t.to == to; });
 }
 
 bool AlStatusCode::AppliesIn(esc::AlState state) const {
-  return std::find(states.begin(), states.end(), state) != states.end();
+  return std::ranges::find(states, state) != states.end();
 }
 
 const AlTransition* AlDescription::Find(esc::AlState from, esc::AlState to) const {
@@ -32,20 +31,18 @@ const AlTransition* AlDescription::Find(esc::AlState from, esc::AlState to) cons
 }
 
 const AlStatusCode* AlDescription::FindCode(std::uint16_t code) const {
-  const auto it = std::lower_bound(status_codes.begin(), status_codes.end(), code,
-                                   [](const AlStatusCode& entry, std::uint16_t wanted) { return entry.code < wanted; });
+  const auto it = std::ranges::lower_bound(status_codes, code, {}, &AlStatusCode::code);
   return it != status_codes.end() && it->code == code ? &*it : nullptr;
 }
 
 bool IdentityMatch::MatchesIdentity(std::uint32_t vendor, std::uint32_t product, std::uint32_t revision) const {
   if (!vendor_id || *vendor_id != vendor) return false;
-  if (std::find(product_codes.begin(), product_codes.end(), product) == product_codes.end()) return false;
+  if (std::ranges::find(product_codes, product) == product_codes.end()) return false;
   return (!revision_min || revision >= *revision_min) && (!revision_max || revision <= *revision_max);
 }
 
 bool IdentityMatch::MatchesModel(std::string_view model) const {
-  return std::any_of(models.begin(), models.end(),
-                     [&](const std::string& start) { return model.substr(0, start.size()) == start; });
+  return std::ranges::any_of(models, [&](const std::string& start) { return model.substr(0, start.size()) == start; });
 }
 
 const AlTransition* DeviceDescription::al_transition(esc::AlState from, esc::AlState to) const {
@@ -79,24 +76,22 @@ const RegisterRight* DeviceDescription::register_right(EscAddress address) const
 const EmergencyCode* DeviceDescription::emergency_by_id(std::string_view wanted) const {
   if (!emergency) return nullptr;
   const auto& codes = emergency->codes;
-  const auto found =
-      std::find_if(codes.begin(), codes.end(), [&](const EmergencyCode& row) { return row.id == wanted; });
+  const auto found = std::ranges::find(codes, wanted, &EmergencyCode::id);
   return found == codes.end() ? nullptr : &*found;
 }
 
 const FaultObject* DeviceDescription::number_object(std::uint16_t index, std::uint8_t subindex) const {
   const FaultObject* row = drive ? drive->FindFaultObject(index, subindex) : nullptr;
   if (row != nullptr) return row;
-  const auto own = std::find_if(reported_objects.begin(), reported_objects.end(),
-                                [&](const FaultObject& each) { return each.Holds(index, subindex); });
+  const auto own =
+      std::ranges::find_if(reported_objects, [&](const FaultObject& each) { return each.Holds(index, subindex); });
   return own == reported_objects.end() ? nullptr : &*own;
 }
 
 const DictionaryObject* DeviceDescription::object_of_keyword(std::string_view keyword) const {
   if (!dictionary || keyword.empty()) return nullptr;
   const auto& objects = dictionary->objects;
-  const auto row = std::find_if(objects.begin(), objects.end(),
-                                [&](const DictionaryObject& each) { return each.keyword == keyword; });
+  const auto row = std::ranges::find(objects, keyword, &DictionaryObject::keyword);
   return row == objects.end() ? nullptr : &*row;
 }
 

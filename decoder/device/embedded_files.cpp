@@ -48,7 +48,7 @@ std::vector<std::string> EmbeddedProfileNames() {
   for (const QString& file : files) {
     if (file.endsWith(QStringLiteral(".json"))) names.push_back(file.chopped(5).toStdString());
   }
-  std::sort(names.begin(), names.end());
+  std::ranges::sort(names);
   return names;
 }
 

@@ -44,8 +44,7 @@ void AddPdo(const EsiModule::Pdo& pdo, std::size_t slot, const EsiSlots& slot_ru
     out.selectable.push_back(std::move(selectable));
     SortByKey(out.selectable, [](const SelectablePdo& s) { return s.index; });
   }
-  const auto known = std::find_if(out.fixed.begin(), out.fixed.end(),
-                                  [&](const PdoContent& other) { return other.index == content.index; });
+  const auto known = std::ranges::find(out.fixed, content.index, &PdoContent::index);
   if (known != out.fixed.end()) {
     *known = std::move(content);
   } else {

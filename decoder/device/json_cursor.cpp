@@ -94,8 +94,7 @@ void ObjectReader::Finish() const {
   if (beyond_.empty() && static_cast<std::size_t>(std::popcount(asked_)) == object.size()) return;
   for (const auto& [key, value] : object.Members()) {
     const std::size_t place = value.PlaceIn(object);
-    const bool asked =
-        place < kBits ? (asked_ >> place & 1U) != 0 : std::find(beyond_.begin(), beyond_.end(), place) != beyond_.end();
+    const bool asked = place < kBits ? (asked_ >> place & 1U) != 0 : std::ranges::find(beyond_, place) != beyond_.end();
     if (!asked) return cursor_.Fail("unknown key \"" + Printable(key) + "\"");
   }
 }

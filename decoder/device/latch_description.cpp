@@ -22,8 +22,7 @@ std::uint8_t LatchDescription::Acknowledge(std::uint16_t status_word) const {
 }
 
 const LatchEdge* LatchDescription::FindSelector(std::uint8_t selector) const {
-  const auto it =
-      std::find_if(edges.begin(), edges.end(), [&](const LatchEdge& edge) { return edge.selector == selector; });
+  const auto it = std::ranges::find(edges, selector, &LatchEdge::selector);
   return it == edges.end() ? nullptr : &*it;
 }
 

@@ -12,14 +12,12 @@ std::string_view Name(SyncManagerUse use) {
 }
 
 const SyncManagerRule* MailboxDescription::FindSyncManager(std::uint8_t number) const {
-  const auto it = std::find_if(sync_managers.begin(), sync_managers.end(),
-                               [&](const SyncManagerRule& rule) { return rule.number == number; });
+  const auto it = std::ranges::find(sync_managers, number, &SyncManagerRule::number);
   return it == sync_managers.end() ? nullptr : &*it;
 }
 
 const MailboxProtocol* MailboxDescription::FindProtocol(std::uint8_t type) const {
-  const auto it = std::find_if(protocols.begin(), protocols.end(),
-                               [&](const MailboxProtocol& protocol) { return protocol.type == type; });
+  const auto it = std::ranges::find(protocols, type, &MailboxProtocol::type);
   return it == protocols.end() ? nullptr : &*it;
 }
 

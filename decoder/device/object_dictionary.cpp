@@ -131,8 +131,7 @@ std::string_view DataTypeName(DataType type) {
 
 DataType DataTypeFromName(std::string_view name) {
   if (const auto bracket = name.find('('); bracket != std::string_view::npos) name = name.substr(0, bracket);
-  const auto it =
-      std::find_if(kNames.begin(), kNames.end(), [&](const NamedType& known) { return known.name == name; });
+  const auto it = std::ranges::find(kNames, name, &NamedType::name);
   return it == kNames.end() ? DataType::kUnknown : it->type;
 }
 
@@ -173,8 +172,7 @@ bool DictionaryObject::AllowsBits(std::uint8_t sub, std::uint32_t bits) const {
   const DataType one = TypeOf(sub);
   if (one != DataType::kUnknown) return BitsOf(one) == 0 || BitsOf(one) == bits;
   if (types.empty()) return true;
-  return std::any_of(types.begin(), types.end(),
-                     [&](DataType type) { return BitsOf(type) == 0 || BitsOf(type) == bits; });
+  return std::ranges::any_of(types, [&](DataType type) { return BitsOf(type) == 0 || BitsOf(type) == bits; });
 }
 
 void SortObjects(std::vector<DictionaryObject>& objects) {
@@ -198,9 +196,7 @@ const DictionaryObject* FindObject(const std::vector<DictionaryObject>& objects,
 }
 
 const DictionaryObject* FindObjectHead(const std::vector<DictionaryObject>& objects, std::uint16_t index) {
-  const auto it =
-      std::lower_bound(objects.begin(), objects.end(), index,
-                       [](const DictionaryObject& object, std::uint16_t wanted) { return object.index < wanted; });
+  const auto it = std::ranges::lower_bound(objects, index, {}, &DictionaryObject::index);
   return it != objects.end() && it->index == index ? &*it : nullptr;
 }
 

@@ -72,15 +72,15 @@ void Read(const Cursor& cursor, AlDescription& out) {
     return static_cast<std::uint64_t>(t.from) << 8U | static_cast<std::uint64_t>(t.to);
   };
   SortByKey(out.transitions, pair);
-  const auto twice = std::adjacent_find(out.transitions.begin(), out.transitions.end(),
-                                        [&](const auto& a, const auto& b) { return pair(a) == pair(b); });
+  const auto twice =
+      std::ranges::adjacent_find(out.transitions, [&](const auto& a, const auto& b) { return pair(a) == pair(b); });
   if (twice != out.transitions.end()) {
     return cursor.Fail("transition " + std::string(esc::StateName(twice->from)) + " to " +
                        std::string(esc::StateName(twice->to)) + " is listed twice");
   }
   SortByKey(out.status_codes, [](const AlStatusCode& code) { return code.code; });
-  const auto same = std::adjacent_find(out.status_codes.begin(), out.status_codes.end(),
-                                       [](const auto& a, const auto& b) { return a.code == b.code; });
+  const auto same =
+      std::ranges::adjacent_find(out.status_codes, [](const auto& a, const auto& b) { return a.code == b.code; });
   if (same != out.status_codes.end()) cursor.Fail("AL status code " + Hex(same->code) + " is listed twice");
 }
 

@@ -105,8 +105,7 @@ class Check {
     const std::optional<DeviceDescription> description = ReadToTheEnd();
     CheckConsistency(reading.document->root(), description ? &*description : nullptr,
                      [this](const std::string& path, std::string what) { AddOnce(path, std::move(what)); });
-    std::stable_sort(problems_.begin(), problems_.end(),
-                     [](const ProfileProblem& a, const ProfileProblem& b) { return a.line < b.line; });
+    std::ranges::stable_sort(problems_, {}, &ProfileProblem::line);
     return std::move(problems_);
   }
 
@@ -123,7 +122,7 @@ class Check {
     const JsonPlace* place = original_places_.Find(path);
     const std::size_t line = LineOf(original_, place == nullptr ? 0 : place->outer);
     const std::string row = RowOf(path);
-    const bool known = std::any_of(problems_.begin(), problems_.end(), [&](const ProfileProblem& problem) {
+    const bool known = std::ranges::any_of(problems_, [&](const ProfileProblem& problem) {
       return problem.line == line && (problem.place == path || unread_.contains(row));
     });
     if (!known) problems_.push_back({line, path, std::move(what)});

@@ -109,8 +109,8 @@ class Consistency {
  private:
   void CheckHead() {
     const std::string id = TextOf(root_.member("id"));
-    if (!std::all_of(id.begin(), id.end(),
-                     [](unsigned char c) { return std::islower(c) != 0 || std::isdigit(c) != 0 || c == '-'; })) {
+    if (!std::ranges::all_of(
+            id, [](unsigned char c) { return std::islower(c) != 0 || std::isdigit(c) != 0 || c == '-'; })) {
       report_("id", "a name for the command line has lower-case letters, digits and - only");
     }
     const std::string edition = TextOf(root_.member("edition"));
@@ -278,7 +278,7 @@ class Consistency {
   }
 
   static bool Has(const std::vector<std::uint16_t>& codes, std::int64_t code) {
-    return std::find(codes.begin(), codes.end(), code) != codes.end();
+    return std::ranges::find(codes, code) != codes.end();
   }
 
   void CheckDriveStates() {
@@ -369,7 +369,7 @@ class Consistency {
   [[nodiscard]] bool NumbersAreNamed(const std::string& prefix) const {
     if (!profile_->emergency || At(root_, "emergency.codes").size() == 0) return true;
     const auto& codes = profile_->emergency->codes;
-    return std::any_of(codes.begin(), codes.end(), [&](const EmergencyCode& code) {
+    return std::ranges::any_of(codes, [&](const EmergencyCode& code) {
       return code.id.starts_with(prefix) && code.id.size() > prefix.size() &&
              std::isdigit(static_cast<unsigned char>(code.id[prefix.size()])) != 0;
     });
@@ -522,7 +522,7 @@ class Consistency {
       for (std::size_t i = 0; i < ids.size(); ++i) {
         const std::string id = TextOf(ids.element(i));
         const auto& codes = profile_->emergency->codes;
-        if (std::none_of(codes.begin(), codes.end(), [&](const EmergencyCode& code) { return code.id == id; })) {
+        if (std::ranges::none_of(codes, [&](const EmergencyCode& code) { return code.id == id; })) {
           report_(Row("sync." + std::string(key), i), "no row of \"emergency\" has the id \"" + Printable(id) + "\"");
         }
       }

@@ -192,7 +192,7 @@ static void ReadFaultObjects(const Cursor& cursor, std::vector<FaultObject>& inh
   Read(cursor, rows);
   if (cursor.failed()) return;
   std::erase_if(inherited, [&](const FaultObject& old) {
-    return std::any_of(rows.begin(), rows.end(), [&](const FaultObject& row) { return row.index == old.index; });
+    return std::ranges::any_of(rows, [&](const FaultObject& row) { return row.index == old.index; });
   });
   inherited.insert(inherited.end(), rows.begin(), rows.end());
 }

@@ -211,8 +211,8 @@ void Read(const Cursor& cursor, PdoDescription& out) {
   if (cursor.failed()) return;
   SortByKey(out.selectable, [](const SelectablePdo& pdo) { return pdo.index; });
   SortByKey(out.fixed, [](const PdoContent& pdo) { return pdo.index; });
-  const auto twice = std::adjacent_find(out.fixed.begin(), out.fixed.end(),
-                                        [](const auto& a, const auto& b) { return a.index == b.index; });
+  const auto twice =
+      std::ranges::adjacent_find(out.fixed, [](const auto& a, const auto& b) { return a.index == b.index; });
   if (twice != out.fixed.end()) cursor.Fail("PDO " + Hex(twice->index) + " is listed twice");
 }
 
@@ -239,9 +239,8 @@ void Read(const Cursor& cursor, EmergencyTable& out) {
   SortByKey(out.codes, [](const EmergencyCode& code) {
     return static_cast<std::uint64_t>(code.code) << 16U | (0xFFFFU - code.last_code);
   });
-  const auto twice = std::adjacent_find(out.codes.begin(), out.codes.end(), [](const auto& a, const auto& b) {
-    return a.code == b.code && a.last_code == b.last_code;
-  });
+  const auto twice = std::ranges::adjacent_find(
+      out.codes, [](const auto& a, const auto& b) { return a.code == b.code && a.last_code == b.last_code; });
   if (twice != out.codes.end()) cursor.Fail("emergency code " + Hex(twice->code) + " is listed twice");
 }
 

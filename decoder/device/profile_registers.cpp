@@ -107,12 +107,12 @@ void ReadRegisters(const Cursor& cursor, std::vector<RegisterRight>& inherited) 
   std::vector<RegisterRight> own = Expand(rows);
   const auto address = [](const RegisterRight& row) { return row.address; };
   SortByKey(own, address);
-  const auto clash = std::adjacent_find(own.begin(), own.end(), Overlap);
+  const auto clash = std::ranges::adjacent_find(own, Overlap);
   if (clash != own.end()) {
     return cursor.Fail("registers " + Hex(clash->address) + " and " + Hex(std::next(clash)->address) + " overlap");
   }
   std::erase_if(inherited, [&](const RegisterRight& old) {
-    return std::any_of(own.begin(), own.end(), [&](const RegisterRight& r) { return Overlap(old, r); });
+    return std::ranges::any_of(own, [&](const RegisterRight& r) { return Overlap(old, r); });
   });
   for (RegisterRight& row : own) inherited.push_back(std::move(row));
   SortByKey(inherited, address);

@@ -56,7 +56,7 @@ const std::vector<ProfileHead>& BuiltinHeads() {
 
 template <typename Profiles>
 void SortNewestFirst(Profiles& profiles) {
-  std::stable_sort(profiles.begin(), profiles.end(), [](const DeviceDescription* a, const DeviceDescription* b) {
+  std::ranges::stable_sort(profiles, [](const DeviceDescription* a, const DeviceDescription* b) {
     return a->edition != b->edition ? a->edition > b->edition : a->id < b->id;  // ISO dates sort as text
   });
 }

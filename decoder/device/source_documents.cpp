@@ -50,9 +50,7 @@ std::span<const SourceDocument> SourceDocuments() {
 }
 
 const SourceDocument* FindSourceDocument(std::string_view key) {
-  const auto it =
-      std::lower_bound(kDocuments.begin(), kDocuments.end(), key,
-                       [](const SourceDocument& document, std::string_view wanted) { return document.key < wanted; });
+  const auto it = std::ranges::lower_bound(kDocuments, key, {}, &SourceDocument::key);
   return it != kDocuments.end() && it->key == key ? &*it : nullptr;
 }
 

@@ -14,7 +14,7 @@ std::vector<const DriveParameter*> SyncDescription::DriveParameters() const {
 }
 
 const JitterLimit* SyncDescription::FindJitter(TimeNs cycle) const {
-  const auto it = std::find_if(jitter.begin(), jitter.end(), [&](const JitterLimit& limit) {
+  const auto it = std::ranges::find_if(jitter, [&](const JitterLimit& limit) {
     return (!limit.cycle_min || cycle >= *limit.cycle_min) && (!limit.cycle_max || cycle <= *limit.cycle_max);
   });
   return it == jitter.end() ? nullptr : &*it;

@@ -109,7 +109,7 @@ class RegisterImage {
   /// Copies the bytes from `address` on into `out`, unknown ones as 0.
   /// @return certainty of the least certain byte
   Certainty Read(EscAddress address, std::span<std::uint8_t> out) const {
-    std::fill(out.begin(), out.end(), std::uint8_t{0});
+    std::ranges::fill(out, std::uint8_t{0});
     ForEachPage(address, out.size(), [&](std::size_t page, std::size_t at, std::size_t offset, std::size_t n) {
       if (!pages_[page]) return;
       for (std::size_t i = 0; i < n; ++i) {

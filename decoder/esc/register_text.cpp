@@ -144,7 +144,7 @@ std::string DataText(ByteSpan bytes) {
 }
 
 bool AllZero(ByteSpan bytes) {
-  return std::all_of(bytes.begin(), bytes.end(), [](std::uint8_t byte) { return byte == 0; });
+  return std::ranges::all_of(bytes, [](std::uint8_t byte) { return byte == 0; });
 }
 
 /// What is reported about one part of an access: a whole sync manager or FMMU, else one register.

@@ -149,7 +149,7 @@ void ParseCategory(const SiiImage& image, SiiCategory& category, SiiContents& co
   const auto type = static_cast<SiiCategoryType>(category.type);
   if (type == SiiCategoryType::STRINGS) {
     // String numbers continue over several such categories only if the earlier ones are known to their ends.
-    const bool counted = std::all_of(contents.categories.begin(), contents.categories.end(), [](const SiiCategory& c) {
+    const bool counted = std::ranges::all_of(contents.categories, [](const SiiCategory& c) {
       return c.type != static_cast<std::uint16_t>(SiiCategoryType::STRINGS) ||
              (c.coverage == SiiCategory::Coverage::kComplete && !c.malformed);
     });
@@ -341,8 +341,7 @@ const SiiCategory* SiiContents::Find(SiiCategoryType type) const {
 }
 
 bool SiiContents::Complete(SiiCategoryType type) const {
-  return chain_end == SiiChainEnd::kEndMark &&
-         std::all_of(categories.begin(), categories.end(), [type](const SiiCategory& category) {
+  return chain_end == SiiChainEnd::kEndMark && std::ranges::all_of(categories, [type](const SiiCategory& category) {
            return category.type != static_cast<std::uint16_t>(type) ||
                   category.coverage == SiiCategory::Coverage::kComplete;
          });

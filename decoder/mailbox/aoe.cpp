@@ -8,7 +8,7 @@ namespace {
 AmsNetId NetId(ByteSpan payload, std::size_t offset) {
   AmsNetId id{};
   const ByteSpan bytes = Slice(payload, offset, id.size());
-  std::copy(bytes.begin(), bytes.end(), id.begin());
+  std::ranges::copy(bytes, id.begin());
   return id;
 }
 

@@ -176,7 +176,7 @@ std::string FormatUntyped(ByteSpan bytes) {
   if (number) return Hex(UnsignedOf(bytes), static_cast<int>(2 * bytes.size()));
   const ByteSpan text = WithoutTrailingZeros(bytes);
   const bool printable =
-      text.size() >= 5 && std::all_of(text.begin(), text.end(), [](std::uint8_t c) { return c >= 0x20 && c < 0x7F; });
+      text.size() >= 5 && std::ranges::all_of(text, [](std::uint8_t c) { return c >= 0x20 && c < 0x7F; });
   if (printable) return Characters(text);
   if (bytes.size() == 3 || bytes.size() == 8) return Hex(UnsignedOf(bytes), static_cast<int>(2 * bytes.size()));
   return HexBytes(bytes);

@@ -73,8 +73,7 @@ const std::string* Find(const DiagnosisTexts* texts, std::uint16_t id) {
 std::string Filled(const DiagnosisMessage& message, std::size_t number, char conversion, const DiagnosisTexts* texts) {
   const std::string& shown = message.parameters[number];
   if (const std::string* text = Find(texts, message.parameter_texts[number])) return Printable(*text);
-  const bool digits =
-      !shown.empty() && std::all_of(shown.begin(), shown.end(), [](char c) { return c >= '0' && c <= '9'; });
+  const bool digits = !shown.empty() && std::ranges::all_of(shown, [](char c) { return c >= '0' && c <= '9'; });
   constexpr std::size_t kMostDigits = 19;  // of 64 bits
   if ((conversion == 'x' || conversion == 'X') && digits && shown.size() <= kMostDigits) {
     std::uint64_t value = 0;

@@ -124,7 +124,7 @@ void AlTracker::OnBroadcastRead(const DatagramPair& d) {
   if (d.has_sent) {
     // Bits that the master sent set would be taken for answers.
     const ByteSpan sent = d.sent().data();
-    if (std::any_of(sent.begin(), sent.end(), [](std::uint8_t b) { return b != 0; })) return;
+    if (std::ranges::any_of(sent, [](std::uint8_t b) { return b != 0; })) return;
   }
   const ByteSpan data = Slice(d.any.data(), static_cast<std::size_t>(esc::kAlStatus - d.address()));
   const Answer answer{d.transaction.returned_ref(), d.transaction.sent_ref(), data, bus::SenderOf(d.transaction.any()),
@@ -155,7 +155,7 @@ void AlTracker::CompareAll(const DatagramPair& d, const Answer& answer, ByteSpan
   poll_.version = Version();
   poll_.sender = answer.sender;
   poll_.length = shown.size();
-  std::copy(shown.begin(), shown.end(), poll_.shown.begin());
+  std::ranges::copy(shown, poll_.shown.begin());
 }
 
 /// The same as at the last poll, and no subscriber needs each slave.

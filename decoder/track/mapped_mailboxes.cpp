@@ -33,7 +33,7 @@ std::optional<SlaveAccess> MappedMailboxes::Mapped::Read(const DatagramPair& d) 
   const std::size_t length = static_cast<std::size_t>(overlap.count / 8);
   const ByteSpan sent = Slice(d.sent().data(), offset, length);
   const ByteSpan returned = Slice(d.any.data(), offset, length);
-  if (std::equal(sent.begin(), sent.end(), returned.begin(), returned.end())) return std::nullopt;
+  if (std::ranges::equal(sent, returned)) return std::nullopt;
   SlaveAccess access;
   access.slave = slave;
   access.sent = d.transaction.sent_ref();

@@ -102,9 +102,9 @@ std::vector<SlaveId> Places::InOrder(bool only_answered) const {
     const auto id = static_cast<SlaveId>(s);
     if (!slaves_[id].replaced && InDoubt(id) && (!only_answered || HasAnswered(id))) out.push_back(id);
   }
-  std::sort(out.begin(), out.end(), [&](SlaveId a, SlaveId b) { return slaves_[a].order < slaves_[b].order; });
+  std::ranges::sort(out, [&](SlaveId a, SlaveId b) { return slaves_[a].order < slaves_[b].order; });
   const auto same = [&](SlaveId a, SlaveId b) { return slaves_[a].order == slaves_[b].order; };
-  if (std::adjacent_find(out.begin(), out.end(), same) != out.end()) out.clear();
+  if (std::ranges::adjacent_find(out, same) != out.end()) out.clear();
   return out;
 }
 
@@ -127,8 +127,7 @@ void Places::SettleInOrder(FrameNo frame) {
   if (!all_answered) left = InOrder(false);
   if (left.size() != free.size()) return;
   // Where no slave has taken the place of another one, all are reported by the places they had.
-  const bool moved =
-      std::any_of(left.begin(), left.end(), [&](SlaveId id) { return slaves_[id].position.if_known() == nullptr; });
+  const bool moved = std::ranges::any_of(left, [&](SlaveId id) { return slaves_[id].position.if_known() == nullptr; });
   for (std::size_t i = 0; i < left.size(); ++i) {
     const SlavePos* position = slaves_[left[i]].position.if_known();
     const bool same = position != nullptr && *position == free[i];

@@ -19,7 +19,7 @@ class RecentAccesses {
 
   /// A frame sent after `sent` has shown, or set, all of these bytes.
   [[nodiscard]] bool Since(FrameNo sent, SlaveId slave, EscAddress address, std::size_t length) const {
-    return std::any_of(kept_.begin(), kept_.end(), [&](const Entry& e) {
+    return std::ranges::any_of(kept_, [&](const Entry& e) {
       return e.slave == slave && e.sent > sent && e.address <= address &&
              static_cast<std::size_t>(address - e.address) + length <= e.length;
     });

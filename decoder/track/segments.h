@@ -86,7 +86,7 @@ class Segments {
     for (std::size_t i = 0; i < count_; ++i) {
       if (senders_[i].segment == one) senders_[i].segment = other;
     }
-    std::replace(slaves_.begin(), slaves_.end(), one, other);
+    std::ranges::replace(slaves_, one, other);
   }
 
   std::array<Sender, 16> senders_{};

@@ -80,7 +80,7 @@ Certainty SlaveStates::CertaintyOfWrite(const SlaveAccess& access) {
   // zeros has no such unit: it maps nothing either way.
   const bool blanks = access.broadcast && access.returned.seen() && access.address >= kMappingFirst &&
                       access.address + access.written.size() <= kMappingEnd &&
-                      std::all_of(access.written.begin(), access.written.end(), [](std::uint8_t b) { return b == 0; });
+                      std::ranges::all_of(access.written, [](std::uint8_t b) { return b == 0; });
   return blanks ? Certainty::kInferred : Certainty::kUnknown;
 }
 

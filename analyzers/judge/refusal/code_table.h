@@ -17,11 +17,9 @@ struct Row {
   std::array<Check, 12> checks;        ///< the likeliest reason first; null: no more
 
   [[nodiscard]] constexpr bool Has(std::uint16_t code) const {
-    return code != 0 && std::find(codes.begin(), codes.end(), code) != codes.end();
+    return code != 0 && std::ranges::find(codes, code) != codes.end();
   }
-  [[nodiscard]] constexpr bool Asks(Check check) const {
-    return std::find(checks.begin(), checks.end(), check) != checks.end();
-  }
+  [[nodiscard]] constexpr bool Asks(Check check) const { return std::ranges::find(checks, check) != checks.end(); }
 };
 
 inline constexpr std::array kRows{
@@ -59,7 +57,7 @@ inline constexpr std::array kRows{
 
 /// Null: nothing is known that could be asked about the code.
 [[nodiscard]] inline const Row* RowOf(std::uint16_t code) {
-  const auto* row = std::find_if(kRows.begin(), kRows.end(), [code](const Row& r) { return r.Has(code); });
+  const auto* row = std::ranges::find_if(kRows, [code](const Row& r) { return r.Has(code); });
   return row == kRows.end() ? nullptr : row;
 }
 

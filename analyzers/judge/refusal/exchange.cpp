@@ -18,8 +18,8 @@ constexpr Word kWatchdogTimes{"watchdog", "the watchdog time (0x0420) is not 0"}
 /// missing.
 bool WouldShow(const Case& of, FrameNo since) {
   const track::KnownFmmus& fmmus = of.context.network().fmmus(of.refusal.slave);
-  const bool writes = std::any_of(fmmus.active.begin(), fmmus.active.end(),
-                                  [](const track::KnownFmmus::Unit& unit) { return unit.fmmu.writes(); });
+  const bool writes =
+      std::ranges::any_of(fmmus.active, [](const track::KnownFmmus::Unit& unit) { return unit.fmmu.writes(); });
   return fmmus.all && writes && !MissesPackets(of.context.pairing()) && of.context.network().last_gap() <= since;
 }
 

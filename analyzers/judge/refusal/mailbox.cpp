@@ -30,7 +30,7 @@ bool IsAs(const esc::SyncManager& manager, const esc::SiiMailbox& words) {
 bool MailboxFits(const Case& of) {
   const auto demands = model::MailboxDemands(*of.model.profile, of.sii);
   return demands.known && !demands.list.empty() &&
-         std::all_of(demands.list.begin(), demands.list.end(), [&](const model::SyncManagerDemand& demand) {
+         std::ranges::all_of(demands.list, [&](const model::SyncManagerDemand& demand) {
            const auto manager = of.manager(demand.number);
            return manager && model::FaultsOf(*manager, demand).empty();
          });
@@ -74,9 +74,8 @@ void CheckMailboxWords(const Case& of, Outcome& found) {
   const std::uint16_t protocols = of.sii.header.protocols.value_or(0);
   if (protocols != 0) arguments.Set("protocols", arg::Text(esc::SiiProtocolNames(protocols)));
   const auto& managers = of.sii.sync_managers;
-  const auto mailbox = std::find_if(managers.begin(), managers.end(), [](const esc::SiiSyncManager& entry) {
-    return entry.type == kMailboxOut && entry.length != 0;
-  });
+  const auto mailbox = std::ranges::find_if(
+      managers, [](const esc::SiiSyncManager& entry) { return entry.type == kMailboxOut && entry.length != 0; });
   if (mailbox != managers.end()) {
     arguments.Set("sync_manager", arg::Number(mailbox - managers.begin())).Set("bytes", Bytes(mailbox->length));
   }

@@ -89,7 +89,7 @@ struct Outcome {
   std::vector<const Word*> right;
 
   [[nodiscard]] bool none() const { return reason == nullptr && possible == nullptr; }
-  [[nodiscard]] bool Has(const Word& word) const { return std::find(right.begin(), right.end(), &word) != right.end(); }
+  [[nodiscard]] bool Has(const Word& word) const { return std::ranges::find(right, &word) != right.end(); }
 
   /// @param must  the slave has to refuse this; else this may be why it refused
   void Add(bool must, const Reason& why, Arguments arguments = {}, std::size_t manager = kOutputs) {

@@ -76,7 +76,7 @@ constexpr std::array kAboutRequests{
 
 void AddSettings(std::span<const SettingRange> settings, std::vector<SettingRange>& all) {
   for (const SettingRange& range : settings) {
-    if (range.last == 0 || std::find(all.begin(), all.end(), range) != all.end()) continue;
+    if (range.last == 0 || std::ranges::find(all, range) != all.end()) continue;
     all.push_back(range);
   }
 }
@@ -89,7 +89,7 @@ std::vector<SettingRange> SettingsOfRefusal(std::uint16_t code, std::uint8_t req
   std::vector<SettingRange> all;
   const Row* const row = RowOf(code);
   for (const About& about : kAbout) {
-    const bool asked = row != nullptr && std::any_of(about.checks.begin(), about.checks.end(), [row](Check check) {
+    const bool asked = row != nullptr && std::ranges::any_of(about.checks, [row](Check check) {
                          return check != nullptr && row->Asks(check);
                        });
     if (asked) AddSettings(about.settings, all);

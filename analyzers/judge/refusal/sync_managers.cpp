@@ -12,8 +12,7 @@ std::optional<model::SyncManagerDemand> DemandOf(const Case& of, std::size_t n) 
   const bool mailbox = n < kOutputs;
   const auto demands =
       mailbox ? model::MailboxDemands(*of.model.profile, of.sii) : model::ProcessDemands(*of.model.profile, of.sii);
-  const auto own = std::find_if(demands.list.begin(), demands.list.end(),
-                                [n](const model::SyncManagerDemand& demand) { return demand.number == n; });
+  const auto own = std::ranges::find(demands.list, n, &model::SyncManagerDemand::number);
   std::optional<model::SyncManagerDemand> demand;
   if (own != demands.list.end()) demand = *own;
   const std::uint32_t bytes = mailbox ? 0 : of.AssignedBytes(n).value_or(0);

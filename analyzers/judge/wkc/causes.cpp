@@ -17,7 +17,7 @@ constexpr std::array<std::string_view, 3> kOfTheBus{"bus-slave-count-changed", "
 
 bool IsCause(const RuleContext& context, const Datagrams& datagrams, const Finding& f, const Finding& own) {
   const bool left_state = f.rule == "al-unexpected-change";
-  const bool of_the_bus = std::find(kOfTheBus.begin(), kOfTheBus.end(), f.rule) != kOfTheBus.end();
+  const bool of_the_bus = std::ranges::find(kOfTheBus, f.rule) != kOfTheBus.end();
   if (!left_state && !of_the_bus && !(IsAway(f) && !IsAway(own))) return false;
   if (f.first.number > own.last.number + threshold::kLaterFrames) return false;
   if (f.last.number + threshold::kAtOnceFrames < own.first.number) return false;

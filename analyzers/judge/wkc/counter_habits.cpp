@@ -10,7 +10,7 @@ namespace {
 
 /// A mailbox counts while a message lies in it, and one buffer if it was filled or emptied.
 bool CountsNowAndThen(const model::LogicalExpectation& expected) {
-  return std::any_of(expected.shares.begin(), expected.shares.end(), [](const model::LogicalShare& share) {
+  return std::ranges::any_of(expected.shares, [](const model::LogicalShare& share) {
     return share.mailbox_only || share.inputs_one_buffer || share.outputs_one_buffer;
   });
 }

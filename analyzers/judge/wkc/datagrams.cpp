@@ -31,8 +31,8 @@ void Datagrams::Add(FindingIndex finding, const model::LogicalExpectation& expec
 }
 
 const Datagrams::Datagram* Datagrams::Find(const RuleContext& context, const Finding& own) const {
-  const auto found = std::find_if(datagrams_.begin(), datagrams_.end(),
-                                  [&](const Datagram& datagram) { return &context.store[datagram.finding] == &own; });
+  const auto found = std::ranges::find_if(
+      datagrams_, [&](const Datagram& datagram) { return &context.store[datagram.finding] == &own; });
   return found != datagrams_.end() ? &*found : nullptr;
 }
 
@@ -43,11 +43,10 @@ bool Datagrams::MayHaveBegunBefore(const RuleContext& context, const Finding& ca
   const Datagram* const datagram = Find(context, own);
   if (datagram == nullptr || cause.slave == kNoSlave) return true;
   const auto& parts = datagram->parts;
-  const bool has_part =
-      std::any_of(parts.begin(), parts.end(), [&](const Datagram::Part& p) { return p.slave == cause.slave; });
+  const bool has_part = std::ranges::any_of(parts, [&](const Datagram::Part& p) { return p.slave == cause.slave; });
   if (datagram->all_parts && !has_part) return false;
   // The counter changed once more before the cause showed: that change is the effect.
-  return std::none_of(datagrams_.begin(), datagrams_.end(), [&](const Datagram& other) {
+  return std::ranges::none_of(datagrams_, [&](const Datagram& other) {
     if (other.key != datagram->key || other.finding == datagram->finding) return false;
     const FrameNo first = context.store[other.finding].first.number;
     return own.last.number < first && first <= cause.first.number;
@@ -72,7 +71,7 @@ void Datagrams::NameDropped(RuleContext& context) const {
     if (finding.kind != &kDropped || finding.slave != kNoSlave || !datagram.all_parts) continue;
     const FrameNo since = finding.first.number;
     const auto fits = [&](const Datagram::Part& part) { return FitsAllSince(context, part.slave, since); };
-    const auto only = std::find_if(datagram.parts.begin(), datagram.parts.end(), fits);
+    const auto only = std::ranges::find_if(datagram.parts, fits);
     if (only == datagram.parts.end() || std::any_of(only + 1, datagram.parts.end(), fits)) continue;
     const Value slave = SlaveValue(context, only->slave);
     for (const Datagram& other : datagrams_) {
@@ -87,10 +86,10 @@ void Datagrams::NameDropped(RuleContext& context) const {
 }
 
 bool Datagrams::FitsAllSince(const RuleContext& context, SlaveId slave, FrameNo first) const {
-  return std::all_of(datagrams_.begin(), datagrams_.end(), [&](const Datagram& datagram) {
+  return std::ranges::all_of(datagrams_, [&](const Datagram& datagram) {
     const Finding& finding = context.store[datagram.finding];
     if (finding.kind != &kDropped || finding.first.number != first) return true;
-    return datagram.all_parts && std::any_of(datagram.parts.begin(), datagram.parts.end(), [&](const auto& part) {
+    return datagram.all_parts && std::ranges::any_of(datagram.parts, [&](const auto& part) {
              return part.slave == slave && part.worth == datagram.missing;
            });
   });

@@ -117,7 +117,7 @@ void NameMissingOf(RuleContext& context, const Episode& episode) {
 }  // namespace
 
 Episode* Episodes::Find(std::uint64_t key) {
-  const auto episode = std::find_if(episodes_.begin(), episodes_.end(), [&](const Episode& e) { return e.key == key; });
+  const auto episode = std::ranges::find(episodes_, key, &Episode::key);
   return episode == episodes_.end() ? nullptr : &*episode;
 }
 
@@ -139,7 +139,7 @@ void Episodes::Watch(std::uint64_t key, const model::LogicalExpectation& expecte
     const model::LogicalShare& share = expected.shares[i];
     const ByteSpan sent = Slice(access.sent_data, share.input_offset, share.input_bytes);
     const ByteSpan returned = Slice(access.returned_data, share.input_offset, share.input_bytes);
-    if (!std::equal(sent.begin(), sent.end(), returned.begin(), returned.end())) ++episode->slaves[i].refreshed;
+    if (!std::ranges::equal(sent, returned)) ++episode->slaves[i].refreshed;
   }
 }
 
@@ -148,12 +148,11 @@ void Episodes::NameMissing(RuleContext& context) const {
 }
 
 void Episodes::AddWhoLeftItsState(RuleContext& context, Finding& own, Finding& cause) const {
-  const auto several =
-      std::find_if(own.notes.begin(), own.notes.end(), [](const Note& note) { return note.kind == &kSeveralFit; });
+  const auto several = std::ranges::find_if(own.notes, [](const Note& note) { return note.kind == &kSeveralFit; });
   if (cause.rule != "al-unexpected-change" || cause.slave == kNoSlave || several == own.notes.end()) return;
   for (const Episode& episode : episodes_) {
     if (episode.finding == kNoFinding || &context.store[episode.finding] != &own) continue;
-    const bool fits = std::any_of(episode.slaves.begin(), episode.slaves.end(), [&](const Episode::Watched& w) {
+    const bool fits = std::ranges::any_of(episode.slaves, [&](const Episode::Watched& w) {
       return w.slave == cause.slave && w.worth >= episode.missing;
     });
     if (!fits) continue;

@@ -252,7 +252,7 @@ class AlErrorStanding final : public Rule {
     const std::uint16_t* count = context().network().slave_count().if_known();
     if (!e.returned.seen() || count == nullptr || e.wkc != *count || at >= e.returned_data.size()) return;
     // Bits that the master sent as 1 cannot be separated from answers. A single slave is read by itself.
-    if (e.sent_data.empty() || std::any_of(e.sent_data.begin(), e.sent_data.end(), [](auto b) { return b != 0; })) {
+    if (e.sent_data.empty() || std::ranges::any_of(e.sent_data, [](auto b) { return b != 0; })) {
       return;
     }
     if (*count == 1 && context().slave_count() > 0) return;
@@ -264,7 +264,7 @@ class AlErrorStanding final : public Rule {
       return;
     }
     if (all_without_error_ || (status.state() & acknowledged_states_) != 0) return;
-    if (std::find(owners_.begin(), owners_.end(), true) != owners_.end()) return;
+    if (std::ranges::find(owners_, true) != owners_.end()) return;
     if (!all_.open()) {
       all_.first = e.returned;
       all_.flowing = flows_;
@@ -432,7 +432,7 @@ class AlErrorStanding final : public Rule {
     }
     for (const device::SpontaneousAlChange& known : family.al.spontaneous) {
       if (static_cast<std::uint8_t>(known.to) != s.status.state() ||
-          std::find(known.codes.begin(), known.codes.end(), *s.code) == known.codes.end()) {
+          std::ranges::find(known.codes, *s.code) == known.codes.end()) {
         continue;
       }
       finding.Set("known_cause", arg::Text(known.cause));

@@ -216,15 +216,9 @@ class AlUnexpectedChange final : public Rule {
     if (const FindingIndex index = OpenOf(e.slave); index != kNoFinding) AddCode(index, e.frame, e.code);
   }
   void On(const model::BusAlChanged& e) {
-    if (MissesPackets(context().pairing())) {
-      NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, e.frame.number);
-      return;
-    }
+    if (MissesPackets(context().pairing())) return NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, e.frame.number);
     if (!e.unexplained.bit4()) {
-      if (const std::optional<Reason> reason = ReasonToDoubt(e)) {
-        NotEvaluable(kNoSlave, *reason, e.frame.number);
-        return;
-      }
+      if (const std::optional<Reason> reason = ReasonToDoubt(e)) return NotEvaluable(kNoSlave, *reason, e.frame.number);
     }
     const std::uint64_t key = static_cast<std::uint64_t>(e.before.raw) << 16U | e.status.raw;
     const SlaveId only = OnlyOneLeft(e);
@@ -292,7 +286,7 @@ class AlUnexpectedChange final : public Rule {
     if (slaves != e.slaves || e.excluded.empty() || e.excluded.size() + 1 != slaves) return kNoSlave;
     for (std::size_t s = 0; s < slaves; ++s) {
       const auto slave = static_cast<SlaveId>(s);
-      if (std::find(e.excluded.begin(), e.excluded.end(), slave) == e.excluded.end()) return slave;
+      if (std::ranges::find(e.excluded, slave) == e.excluded.end()) return slave;
     }
     return kNoSlave;
   }
@@ -325,10 +319,7 @@ class AlUnexpectedChange final : public Rule {
   void ReportChange(const model::AlChangedByItself& e) {
     if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
     Close(e.slave, e.frame.number);
-    if (MissesPackets(context().pairing())) {
-      NotEvaluable(e.slave, ReasonCode::kMissesPackets, e.frame.number);
-      return;
-    }
+    if (MissesPackets(context().pairing())) return NotEvaluable(e.slave, ReasonCode::kMissesPackets, e.frame.number);
     if (e.after_pause && !e.status.bit4()) {
       NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kAlState, e.frame.number);
       return;
@@ -376,7 +367,7 @@ class AlUnexpectedChange final : public Rule {
     if (pending_.empty()) return;
     const auto alike = [&](const model::AlChangedByItself& e) { return e.before.raw == pending_.front().before.raw; };
     if (pending_.size() < context().slave_count() || MissesPackets(context().pairing()) ||
-        !std::all_of(pending_.begin(), pending_.end(), alike)) {
+        !std::ranges::all_of(pending_, alike)) {
       return Flush();
     }
     const model::AlChangedByItself e = pending_.front();
@@ -468,7 +459,7 @@ class AlUnexpectedChange final : public Rule {
     for (const device::SpontaneousAlChange& known : family.al.spontaneous) {
       if (static_cast<std::uint8_t>(known.from) != e.before.state() ||
           static_cast<std::uint8_t>(known.to) != e.status.state() ||
-          std::find(known.codes.begin(), known.codes.end(), code) == known.codes.end()) {
+          std::ranges::find(known.codes, code) == known.codes.end()) {
         continue;
       }
       finding.Set("known_cause", arg::Text(known.cause));

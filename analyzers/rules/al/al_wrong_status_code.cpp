@@ -44,8 +44,8 @@ constexpr std::array<std::array<Word, 5>, 5> kTransitions{
 constexpr Word kErrorInNoState = Same("an error in an undefined state");
 
 const Word& TransitionWord(esc::AlState from, esc::AlState to) {
-  const auto row = std::find(kStates.begin(), kStates.end(), from);
-  const auto column = std::find(kStates.begin(), kStates.end(), to);
+  const auto row = std::ranges::find(kStates, from);
+  const auto column = std::ranges::find(kStates, to);
   if (row == kStates.end() || column == kStates.end()) return kErrorInNoState;
   return kTransitions[static_cast<std::size_t>(row - kStates.begin())]
                      [static_cast<std::size_t>(column - kStates.begin())];
@@ -98,22 +98,15 @@ class AlWrongStatusCode final : public StatusCodeWatcher {
     const auto to = static_cast<esc::AlState>(c.to);
     if (entry.AppliesTo(from, to) || Tolerates(family, c)) return true;
     const device::AlTransition* row = family.al_transition(from, to);
-    return row != nullptr &&
-           std::find(row->refusal_codes.begin(), row->refusal_codes.end(), c.code) != row->refusal_codes.end();
+    return row != nullptr && std::ranges::find(row->refusal_codes, c.code) != row->refusal_codes.end();
   }
 
   void OnCode(const Context& c) override {
     const device::DeviceDescription& family = *context().slave(c.slave).profile;
     const device::AlStatusCode* entry = family.al_status_code(c.code);
     if (c.code == 0 || entry == nullptr) return;
-    if (!entry->exclusive) {
-      NotEvaluable(c.slave, ReasonCode::kNotInProfile, kCodesOfTransitions, c.frame.number);
-      return;
-    }
-    if (c.from == 0) {
-      NotEvaluable(c.slave, ReasonCode::kNotInCapture, what::kAlStateBefore, c.frame.number);
-      return;
-    }
+    if (!entry->exclusive) return NotEvaluable(c.slave, ReasonCode::kNotInProfile, kCodesOfTransitions, c.frame.number);
+    if (c.from == 0) return NotEvaluable(c.slave, ReasonCode::kNotInCapture, what::kAlStateBefore, c.frame.number);
     if (c.from == c.to || Fits(family, *entry, c)) return;
     const std::uint64_t key =
         static_cast<std::uint64_t>(c.code) << 16U | static_cast<std::uint64_t>(c.from) << 8U | c.to;

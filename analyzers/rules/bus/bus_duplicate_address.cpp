@@ -89,7 +89,7 @@ class BusDuplicateAddress final : public Rule {
     if (!wire::IsNodeAddressed(e.command) || e.command == wire::Command::FRMW) return;
     const bool used = e.address >= 0x1000 || (e.address <= esc::kAlControl && e.address + e.length > esc::kAlControl &&
                                               wire::Writes(e.command));
-    const auto shared = std::find_if(open_.begin(), open_.end(), [&](const Shared& s) { return s.address == e.adp; });
+    const auto shared = std::ranges::find(open_, e.adp, &Shared::address);
     if (shared != open_.end()) {
       const bool both_answer = e.wkc > (e.command == wire::Command::FPRW ? 3 : 1);
       const bool one_answers = e.returned.seen() && e.wkc > 0 && !both_answer;

@@ -107,10 +107,7 @@ class BusNoAnswer final : public Rule {
       return;
     }
     const bool ever = pairing.returned > 0;
-    if (!ever && !pairing.no_answers) {
-      NotEvaluable(kNoSlave, ReasonCode::kNoReturnedFrames);
-      return;
-    }
+    if (!ever && !pairing.no_answers) return NotEvaluable(kNoSlave, ReasonCode::kNoReturnedFrames);
     ReportLate(pairing);
     // The returns of a sender whose frames never returned may be missing from the capture; unless returned frames have
     // another address than sent ones.

@@ -167,7 +167,7 @@ class BusPortOrder final : public Rule {
     if (context().pairing().one_port || context().pairing().other_end > 0) return true;
     if (line.empty() || PortsOf(line.back()).open_ports() < 2 || EndOf(line)) return false;
     const auto enters_elsewhere = [&](SlaveId slave) { return slave < elsewhere_.size() && elsewhere_[slave]; };
-    const auto first = std::find_if(line.begin(), line.end(), enters_elsewhere);
+    const auto first = std::ranges::find_if(line, enters_elsewhere);
     return line.end() - first >= kNoCoincidence && std::all_of(first, line.end(), enters_elsewhere);
   }
 

@@ -187,10 +187,7 @@ class BusSecondMaster final : public Rule {
     }
     const std::bitset<65536> shared = first_->stations & second_->stations;
     const bool same_number = first_->slaves && first_->slaves == second_->slaves;
-    if (shared.none() && !same_number) {
-      NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, kSameSegment);
-      return;
-    }
+    if (shared.none() && !same_number) return NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, kSameSegment);
     Finding finding = Found(kSecondMaster, kNoSlave, second_->first);
     finding.confidence = Confidence::kInferred;
     finding.last = second_->last;
@@ -259,7 +256,7 @@ class BusSecondMaster final : public Rule {
       const wire::DatagramView datagram = frame[i];
       if (datagram.wkc() == 0 || !wire::IsLogical(datagram.command())) continue;
       const std::uint64_t image = ImageOf(datagram);
-      if (std::find(other.images.begin(), other.images.end(), image) != other.images.end()) ++same_images_;
+      if (std::ranges::find(other.images, image) != other.images.end()) ++same_images_;
     }
     sender.Add(frame);
   }

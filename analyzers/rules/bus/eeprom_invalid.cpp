@@ -154,7 +154,7 @@ class EepromInvalid final : public Rule {
     if (!slave.first.seen()) slave.first = e.command.seen() ? e.command : e.frame;
     slave.last = e.frame;
     const auto all = [&](unsigned value) {
-      return std::all_of(e.words.begin(), e.words.end(), [value](auto word) { return word == value; });
+      return std::ranges::all_of(e.words, [value](auto word) { return word == value; });
     };
     slave.blank = slave.blank && all(0xFFFF);
     slave.zeros = slave.zeros && all(0);

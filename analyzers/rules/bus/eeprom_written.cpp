@@ -214,7 +214,7 @@ class EepromWritten final : public Rule {
     const bool may_miss = differs && MayMissWrites();
     const bool wrong = differs && !may_miss;
     const auto failed = static_cast<std::uint64_t>(
-        std::count_if(slave.words.begin(), slave.words.end(), [](const auto& w) { return w.second.failed != 0; }));
+        std::ranges::count_if(slave.words, [](const auto& w) { return w.second.failed != 0; }));
     const bool any_failed = failed > 0;
     Finding finding = Found(wrong ? kChecksumWrong : any_failed ? kFailed : kWritten, id, slave.first);
     finding.last = slave.last;

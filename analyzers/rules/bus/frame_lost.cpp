@@ -201,12 +201,11 @@ class FrameLost final : public Rule {
       if (first == kNoFinding || f.first.number < findings[first].first.number) first = static_cast<FindingIndex>(i);
     }
     const auto near = [&](FrameNo frame) {
-      return std::any_of(changes.begin(), changes.end(), [frame](FrameNo change) {
+      return std::ranges::any_of(changes, [frame](FrameNo change) {
         return frame > change ? frame - change <= kAround : change - frame <= kAround;
       });
     };
-    const bool all =
-        near(lost.first.number) && std::all_of(lost.related_frames.begin(), lost.related_frames.end(), near);
+    const bool all = near(lost.first.number) && std::ranges::all_of(lost.related_frames, near);
     return all ? first : kNoFinding;
   }
 

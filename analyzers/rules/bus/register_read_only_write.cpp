@@ -86,10 +86,7 @@ class RegisterReadOnlyWrite final : public Rule {
     const device::RegisterRight* first = nullptr;
     for (std::size_t i = 0; i < e.written.size(); ++i) {
       const device::RegisterRight* right = family.register_right(static_cast<EscAddress>(e.address + i));
-      if (right == nullptr) {
-        NotEvaluable(e.slave, ReasonCode::kNotInProfile, kRight, e.frame().number);
-        return;
-      }
+      if (right == nullptr) return NotEvaluable(e.slave, ReasonCode::kNotInProfile, kRight, e.frame().number);
       if (!right->read_only() || right->buffer) return;
       if (first == nullptr) first = right;
     }

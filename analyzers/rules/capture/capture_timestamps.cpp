@@ -92,10 +92,7 @@ class CaptureTimestamps final : public Rule {
   void Finish() override {
     const PipelineStatistics& read = context().statistics();
     const bus::PairingStatistics& pairing = context().pairing();
-    if (read.ethercat_frames == 0) {
-      NotEvaluable(kNoSlave, ReasonCode::kNoEtherCat);
-      return;
-    }
+    if (read.ethercat_frames == 0) return NotEvaluable(kNoSlave, ReasonCode::kNoEtherCat);
     std::vector<Value> problems;
     Finding finding = Found(kPoor, kNoSlave, read.first);
     finding.last = read.last;

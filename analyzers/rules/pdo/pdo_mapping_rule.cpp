@@ -173,9 +173,8 @@ class PdoMappingRule final : public PdoRule {
   }
   static bool AllFree(const Free& free, device::PdoDirection direction, const std::vector<std::uint16_t>& pdos) {
     const auto& all = PdosOf(free, direction);
-    return !pdos.empty() && std::all_of(pdos.begin(), pdos.end(), [&](std::uint16_t pdo) {
-      return std::find(all.begin(), all.end(), pdo) != all.end();
-    });
+    return !pdos.empty() &&
+           std::ranges::all_of(pdos, [&](std::uint16_t pdo) { return std::ranges::find(all, pdo) != all.end(); });
   }
 
   // --- what a download breaks at once
@@ -195,7 +194,7 @@ class PdoMappingRule final : public PdoRule {
       return;
     }
     const auto& own = PdosOf(*free, DirectionOf(e.index));
-    if (std::find(own.begin(), own.end(), e.index) == own.end()) return;
+    if (std::ranges::find(own, e.index) == own.end()) return;
     std::uint32_t bits = 0;
     if (writes.front().subindex > 1) bits = BitsBefore(e, writes.front().subindex);
     for (const Write& write : writes) {
@@ -326,9 +325,8 @@ class PdoMappingRule final : public PdoRule {
   static Arguments PaddingAdvice(const Free& free, device::PdoDirection direction, std::uint32_t bytes) {
     const auto& limits = direction == device::PdoDirection::kRx ? free.max_rx_bytes : free.max_tx_bytes;
     Arguments advice;
-    const auto padding = std::find_if(free.paddings.begin(), free.paddings.end(), [&](const device::Padding& row) {
-      return row.direction == direction && row.index != 0;
-    });
+    const auto padding = std::ranges::find_if(
+        free.paddings, [&](const device::Padding& row) { return row.direction == direction && row.index != 0; });
     const bool room = padding != free.paddings.end() && (limits.empty() || bytes + 1 <= limits.back().bytes);
     advice.Set("room", arg::Flag(room));
     if (padding != free.paddings.end()) {
@@ -359,7 +357,7 @@ class PdoMappingRule final : public PdoRule {
     std::vector<std::uint16_t> kept;
     std::vector<std::uint16_t> unseen;  // they hold what the drive has by itself
     for (const std::uint16_t pdo : PdosOf(free, direction)) {
-      if (std::find(layout.pdos.begin(), layout.pdos.end(), pdo) != layout.pdos.end()) continue;
+      if (std::ranges::find(layout.pdos, pdo) != layout.pdos.end()) continue;
       const process::PdoObject* object = context().slave(e.slave).process.seen().Find(pdo);
       const std::uint8_t* count = object == nullptr ? nullptr : object->count.if_known();
       if (object != nullptr && object->count_lost) continue;
@@ -398,7 +396,7 @@ class PdoMappingRule final : public PdoRule {
   void CheckMixed(const model::AlRequestJudged& e, device::PdoDirection direction, const model::ProcessLayout& layout,
                   const Free& free) {
     const auto& all = PdosOf(free, direction);
-    const auto is_free = [&](std::uint16_t pdo) { return std::find(all.begin(), all.end(), pdo) != all.end(); };
+    const auto is_free = [&](std::uint16_t pdo) { return std::ranges::find(all, pdo) != all.end(); };
     std::vector<std::uint16_t> used;
     std::optional<std::uint16_t> fixed;
     for (const std::uint16_t pdo : layout.pdos) {

@@ -109,7 +109,7 @@ class PdoUnsupported final : public PdoRule {
       const auto& free = relative->pdo.flexible;
       if (!free) continue;
       const auto& pdos = direction == device::PdoDirection::kRx ? free->rx_pdos : free->tx_pdos;
-      if (std::find(pdos.begin(), pdos.end(), pdo) != pdos.end()) return true;
+      if (std::ranges::find(pdos, pdo) != pdos.end()) return true;
     }
     return false;
   }

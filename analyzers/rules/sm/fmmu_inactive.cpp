@@ -289,7 +289,7 @@ class FmmuInactive final : public Rule {
     const track::KnownFmmus& fmmus = context().network().fmmus(id);
     const auto manager = state.process_manager(DirectionOf(outputs));
     if (!manager || !fmmus.any || slave.direct[outputs ? 1 : 0] || slave.reported[outputs ? 1 : 0]) return kNoFinding;
-    const bool mapped = std::any_of(fmmus.active.begin(), fmmus.active.end(), [&](const auto& unit) {
+    const bool mapped = std::ranges::any_of(fmmus.active, [&](const auto& unit) {
       return (outputs ? unit.fmmu.writes() : unit.fmmu.reads()) && unit.fmmu.physical_start < manager->end() &&
              unit.fmmu.physical_end() > manager->start;
     });

@@ -266,7 +266,7 @@ class FmmuMismatch final : public Rule {
       if (!managers[n] || !managers[n]->settings.enabled() || managers[n]->settings.length == 0) continue;
       const esc::SyncManager& sm = managers[n]->settings;
       if (fmmu.writes() ? !sm.ecat_writes() : !sm.ecat_reads()) continue;
-      const bool mapped = std::any_of(fmmus.active.begin(), fmmus.active.end(), [&](const auto& other) {
+      const bool mapped = std::ranges::any_of(fmmus.active, [&](const auto& other) {
         return Touches(other.fmmu, sm) && (fmmu.writes() ? other.fmmu.writes() : other.fmmu.reads());
       });
       if (!mapped) return n;
@@ -294,10 +294,7 @@ class FmmuMismatch final : public Rule {
     const track::KnownFmmus& fmmus = context().network().fmmus(e.slave);
     const std::optional<std::size_t> unmapped = mailbox ? UnmappedOf(fmmu, managers, fmmus) : std::nullopt;
     if (!outside && !against && unmapped) {
-      if (!fmmus.all) {
-        NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kFmmus, e.frame.number);
-        return;
-      }
+      if (!fmmus.all) return NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kFmmus, e.frame.number);
       against = mailbox;
     }
     if (!outside && !against) return;
@@ -317,10 +314,7 @@ class FmmuMismatch final : public Rule {
     const bool likely_whole = against && !MissesPackets(context().pairing());
     const bool misses =
         likely_whole ? last_certain_gap_ > learned : context().network().MissesBetween(learned, e.frame.number);
-    if (misses) {
-      NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kSyncManagersAndFmmus, e.frame.number);
-      return;
-    }
+    if (misses) return NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kSyncManagersAndFmmus, e.frame.number);
     if (!against && !all_known) {
       NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kSyncManagers, e.frame.number);
       return;
@@ -349,7 +343,7 @@ class FmmuMismatch final : public Rule {
     constexpr std::uint8_t kEnable = 0x01, kVirtual = 0x04;
     constexpr std::uint8_t kProcessOut = 3, kProcessIn = 4;  // types
     const auto sii = esc::ParseSii(context().network().state(slave).sii.image());
-    return std::any_of(sii.sync_managers.begin(), sii.sync_managers.end(), [&](const esc::SiiSyncManager& sm) {
+    return std::ranges::any_of(sii.sync_managers, [&](const esc::SiiSyncManager& sm) {
       const bool off = (sm.enable & kEnable) == 0 && sm.start == fmmu.physical_start &&
                        sm.type == (fmmu.writes() ? kProcessOut : kProcessIn);
       return (sm.enable & kVirtual) != 0 || off;
@@ -470,7 +464,7 @@ class FmmuMismatch final : public Rule {
       return std::tuple(a.fmmu.logical_bits().first, a.slave, a.number) <
              std::tuple(b.fmmu.logical_bits().first, b.slave, b.number);
     };
-    std::sort(fresh.begin(), fresh.end(), by_place);
+    std::ranges::sort(fresh, by_place);
     const auto middle = static_cast<std::ptrdiff_t>(mapped_.size());
     mapped_.insert(mapped_.end(), fresh.begin(), fresh.end());
     std::inplace_merge(mapped_.begin(), mapped_.begin() + middle, mapped_.end(), by_place);
@@ -491,7 +485,7 @@ class FmmuMismatch final : public Rule {
         const bool in_order = Since(all[i]) <= Since(all[k]);
         Shared shared{all[in_order ? i : k], all[in_order ? k : i],
                       esc::Intersect(all[i].fmmu.logical_bits(), all[k].fmmu.logical_bits())};
-        shared.reported = std::any_of(before.begin(), before.end(), [&](const Shared& old) {
+        shared.reported = std::ranges::any_of(before, [&](const Shared& old) {
           return old.reported && old.a.slave == shared.a.slave && old.b.slave == shared.b.slave &&
                  old.bits == shared.bits;
         });

@@ -89,10 +89,7 @@ class SmMailboxConfig final : public Rule {
     evaluated_.insert(e.slave);
     const track::SlaveState& state = context().network().state(e.slave);
     const auto demands = model::MailboxDemands(*context().slave(e.slave).profile, esc::ParseSii(state.sii.image()));
-    if (!demands.known) {
-      NotEvaluable(e.slave, ReasonCode::kNotInCapture, kMailboxSettings, request.frame.number);
-      return;
-    }
+    if (!demands.known) return NotEvaluable(e.slave, ReasonCode::kNotInCapture, kMailboxSettings, request.frame.number);
     for (const model::SyncManagerDemand& demand : demands.list) Evaluate(e, state, demand);
   }
 

@@ -155,8 +155,8 @@ class SmProcessConfig final : public Rule {
       NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kMapping, e.request.frame.number);
       return nullptr;
     }
-    const bool in_this_one = std::any_of(layout.signals.begin(), layout.signals.end(),
-                                         [&](const model::Signal& s) { return s.sync_manager == demand.number; });
+    const bool in_this_one =
+        std::ranges::any_of(layout.signals, [&](const model::Signal& s) { return s.sync_manager == demand.number; });
     if (!in_this_one && !layout.signals.empty()) return nullptr;  // the slave has several in this direction
     demand.lengths = {layout.bytes_of(demand.number)};
     demand.length_source = SourceOf(layout);
@@ -214,9 +214,8 @@ class SmProcessConfig final : public Rule {
         AddRelated(finding, layout->since);
         if (layout->assumed) finding.confidence = Confidence::kInferred;
       }
-      const bool length = std::any_of(faults.begin(), faults.end(), [](const model::SyncManagerFault& f) {
-        return f.field == model::SyncManagerFault::Field::kLength;
-      });
+      const bool length = std::ranges::any_of(
+          faults, [](const model::SyncManagerFault& f) { return f.field == model::SyncManagerFault::Field::kLength; });
       if (length) finding.caused_by = context().MappingFault(e.slave, DirectionOf(demand));
       if (length && layout != nullptr) {
         SetPdos(finding, *layout);

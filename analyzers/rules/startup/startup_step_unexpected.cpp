@@ -73,9 +73,9 @@ class StartupStepUnexpected final : public StartupRule {
     }
     const auto listed = [&](const StartupStep* step) {
       const startup::ExpectedSlave* slave = deviation.expected_slave;
-      return slave != nullptr &&
-             std::any_of(slave->steps.begin(), slave->steps.end(),
-                         [&](const startup::ExpectedStep& expected) { return expected.key == step->key; });
+      return slave != nullptr && std::ranges::any_of(slave->steps, [&](const startup::ExpectedStep& expected) {
+               return expected.key == step->key;
+             });
     };
     finding.kind = &kUnexpected;
     finding.Set("phase", PhaseValue(deviation.phase)).Set("expected", arg::Of(kNothing));
@@ -83,7 +83,7 @@ class StartupStepUnexpected final : public StartupRule {
     finding.Set("steps", arg::Count(steps.size(), "step"))
         .Set("step", arg::Text(Noun(*deviation.actual.front())))
         .Set("one", arg::Flag(steps.size() == 1))
-        .Set("listed", arg::Flag(std::all_of(deviation.actual.begin(), deviation.actual.end(), listed)));
+        .Set("listed", arg::Flag(std::ranges::all_of(deviation.actual, listed)));
   }
 };
 

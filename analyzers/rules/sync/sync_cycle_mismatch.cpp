@@ -325,10 +325,7 @@ class SyncCycleMismatch final : public Rule {
     }
     if (configured == 0) return;
     const sync::OutputWatch& outputs = context().sync().outputs(id);
-    if (outputs.rate.cycles() < kEnoughCycles) {
-      NotEvaluable(id, ReasonCode::kTooFew, kCyclesInOp);
-      return;
-    }
+    if (outputs.rate.cycles() < kEnoughCycles) return NotEvaluable(id, ReasonCode::kTooFew, kCyclesInOp);
     if (!context().sync().Uncertainty(outputs.rate.base())) {
       NotEvaluable(id, ReasonCode::kStampsTooCoarse, what::kProcessDataTiming);
       return;

@@ -126,10 +126,7 @@ class SyncCycleUnsupported final : public Rule {
 
   void On(const sync::SyncSwitchedOn& e) {
     if (!e.activation.sync0()) return;
-    if (!e.sync0_cycle_ns) {
-      NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kSync0Cycle, e.frame.number);
-      return;
-    }
+    if (!e.sync0_cycle_ns) return NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kSync0Cycle, e.frame.number);
     if (*e.sync0_cycle_ns != 0) {
       Check(e.slave, *e.sync0_cycle_ns, what::kSync0Cycle, e.frame, 0);
     } else if (!context().slave(e.slave).profile->sync.source_with_dc.empty()) {

@@ -123,10 +123,7 @@ class SyncLost final : public Rule {
     if (!whole.fed_before) return;
     const sync::OutputGap e = whole.end == sync::OutputGap::End::kOutputs ? whole : CertainPart(whole);
     if (!slave.profile->sync.lost_after_missing.value && !slave.profile->sync.lost_after_jitter.value) return;
-    if (const std::optional<Reason> reason = WhyOpen(e, slave)) {
-      NotEvaluable(e.slave, *reason, EndOf(e).number);
-      return;
-    }
+    if (const std::optional<Reason> reason = WhyOpen(e, slave)) return NotEvaluable(e.slave, *reason, EndOf(e).number);
     if (e.end != sync::OutputGap::End::kOutputs) EvaluateOpen(e, slave);
     const auto& tolerated = slave.profile->sync.lost_after_missing;
     if (!tolerated.value) return;

@@ -97,10 +97,7 @@ class SyncNotActivated final : public Rule {
     if (refused && e.code.value_or(0) != esc::al_code::kNoSync) return;
     const sync::DcUnit& unit = context().sync().dc(e.slave);
     if (!unit.cycle_configured().seen()) return;
-    if (!unit.activation()) {
-      NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kActivation, e.frame.number);
-      return;
-    }
+    if (!unit.activation()) return NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kActivation, e.frame.number);
     if (unit.activation()->active()) return refused ? void() : CompareWithEsi(e, unit);
     FindingIndex index = Repeat(e.slave, refused ? 1 : 0, e.frame);
     const Severity severity = refused ? Severity::kError : kInfo.severity;

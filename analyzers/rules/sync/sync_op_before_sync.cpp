@@ -127,7 +127,7 @@ class SyncOpBeforeSync final : public Rule {
     if (request.transition->basis != device::Basis::kPrinted) return false;
     const auto& codes = request.transition->refusal_codes;
     return request.verdict == model::AlVerdict::kLegal &&
-           std::find(codes.begin(), codes.end(), esc::al_code::kSynchronization) != codes.end();
+           std::ranges::find(codes, esc::al_code::kSynchronization) != codes.end();
   }
 
   void Refused(SlaveId slave, std::uint16_t code) {

@@ -68,10 +68,7 @@ class SyncPllOff final : public Rule {
     const std::optional<device::DriveParameter>& parameter = slave.profile->sync.pll_switch;
     if (!parameter) return;
     const auto value = model::ValueOf(slave, parameter);
-    if (!value) {
-      NotEvaluable(e.slave, ReasonCode::kNotRead, kSwitch, e.frame.number);
-      return;
-    }
+    if (!value) return NotEvaluable(e.slave, ReasonCode::kNotRead, kSwitch, e.frame.number);
     if (parameter->IsOn(value->value)) return;
     constexpr std::uint64_t kKey = 0;
     if (Repeat(e.slave, kKey, e.frame) != kNoFinding) return;

@@ -119,20 +119,11 @@ class SyncRateDeviation final : public Rule {
     if (configured == 0) return;
     const auto& range = slave.profile->sync.pll_range_ppm;
     const bool by_sync0 = settings && settings->activation.sync0();
-    if (!range.value && !by_sync0) {
-      NotEvaluable(id, ReasonCode::kNotInProfile, kPllRange);
-      return;
-    }
+    if (!range.value && !by_sync0) return NotEvaluable(id, ReasonCode::kNotInProfile, kPllRange);
     const sync::OutputWatch& outputs = context().sync().outputs(id);
-    if (outputs.rate.cycles() < kEnoughCycles) {
-      NotEvaluable(id, ReasonCode::kTooFew, kCyclesInOp);
-      return;
-    }
+    if (outputs.rate.cycles() < kEnoughCycles) return NotEvaluable(id, ReasonCode::kTooFew, kCyclesInOp);
     const auto uncertainty = context().sync().Uncertainty(outputs.rate.base());
-    if (!uncertainty) {
-      NotEvaluable(id, ReasonCode::kStampsTooCoarse, what::kProcessDataTiming);
-      return;
-    }
+    if (!uncertainty) return NotEvaluable(id, ReasonCode::kStampsTooCoarse, what::kProcessDataTiming);
     const sync::OutputRate& rate = outputs.rate;
     const double ppm = (rate.mean_ns() / static_cast<double>(configured) - 1) * 1e6;
     const double unsure = 2e6 * static_cast<double>(*uncertainty) / static_cast<double>(rate.ns()) +
@@ -153,10 +144,7 @@ class SyncRateDeviation final : public Rule {
       return;
     }
     const double usual_ppm = (static_cast<double>(rate.usual()) / static_cast<double>(configured) - 1) * 1e6;
-    if (std::abs(usual_ppm) <= limit) {
-      NotEvaluable(id, ReasonCode::kTooIrregular, what::kProcessDataTiming);
-      return;
-    }
+    if (std::abs(usual_ppm) <= limit) return NotEvaluable(id, ReasonCode::kTooIrregular, what::kProcessDataTiming);
     ReportOff(id, configured, ppm, unsure);
   }
 
@@ -169,10 +157,7 @@ class SyncRateDeviation final : public Rule {
       NotEvaluable(id, ReasonCode::kNotInProfile, kPllRange);
       return;
     }
-    if (unsure * kSure > std::abs(ppm)) {
-      NotEvaluable(id, ReasonCode::kTooIrregular, what::kProcessDataTiming);
-      return;
-    }
+    if (unsure * kSure > std::abs(ppm)) return NotEvaluable(id, ReasonCode::kTooIrregular, what::kProcessDataTiming);
     if (Repeat(id, kNotLockedKey, rate.first()) != kNoFinding) return;
     Finding finding = Found(kNotLocked, id, rate.first());
     finding.confidence = Confidence::kInferred;

@@ -110,18 +110,12 @@ class SyncStartInPast final : public Rule {
     AddUnset(e.slave);
     Of(e.slave) = {};
     if ((!e.activation.sync0() && !e.activation.sync1()) || e.activation.auto_activation()) return;
-    if (!e.was_off) {
-      NotEvaluable(e.slave, ReasonCode::kNotInCapture, kActivationBefore, e.frame.number);
-      return;
-    }
+    if (!e.was_off) return NotEvaluable(e.slave, ReasonCode::kNotInCapture, kActivationBefore, e.frame.number);
     if (!e.start_ns) {
       Of(e.slave).unset = e;
       return;
     }
-    if (!e.read_time_ns) {
-      NotEvaluable(e.slave, ReasonCode::kNotRead, kSystemTime, e.frame.number);
-      return;
-    }
+    if (!e.read_time_ns) return NotEvaluable(e.slave, ReasonCode::kNotRead, kSystemTime, e.frame.number);
     const TimeNs ahead = AheadOf(e);
     TimeNs late = -ahead;
     if (ahead >= 0) {

@@ -133,7 +133,7 @@ class SyncSwitchedOff final : public Rule {
   void OnClear(const track::Answered& e) {
     if (e.command != wire::Command::BWR || e.wkc == 0 || e.circulating) return;
     const ByteSpan data = e.returned_data;
-    if (data.empty() || std::any_of(data.begin(), data.end(), [](std::uint8_t byte) { return byte != 0; })) return;
+    if (data.empty() || std::ranges::any_of(data, [](std::uint8_t byte) { return byte != 0; })) return;
     for (Slave& slave : slaves_) slave.state_read = false;
     begun_ = true;
   }
@@ -282,10 +282,7 @@ class SyncSwitchedOff final : public Rule {
     const auto now = LittleEndian<std::uint32_t>(bytes, 0);
     const std::optional<std::uint32_t> before = std::exchange(slave.delay, now);
     if (!writes || !InOp(access.slave) || !slave.activation || !Generates(*slave.activation)) return;
-    if (!before) {
-      NotEvaluable(access.slave, ReasonCode::kNotInCapture, kDelayBefore, access.frame().number);
-      return;
-    }
+    if (!before) return NotEvaluable(access.slave, ReasonCode::kNotInCapture, kDelayBefore, access.frame().number);
     const std::int64_t moved = std::int64_t{now} - std::int64_t{*before};
     if (moved > kMeasuredAgainNs || moved < -kMeasuredAgainNs) ReportDelay(access, *before, now);
   }

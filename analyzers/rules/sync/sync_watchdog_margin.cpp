@@ -394,7 +394,7 @@ class SyncWatchdogMargin final : public Rule {
     if (usual == 0 && early.size() >= kFewGaps) {
       std::vector<TimeNs> sorted;
       for (const sync::OutputGap& gap : early) sorted.push_back(gap.gap.ns);
-      std::sort(sorted.begin(), sorted.end());
+      std::ranges::sort(sorted);
       usual = Of(id).usual_ns = sorted[sorted.size() / 2];
     }
     for (sync::OutputGap& gap : early) {
@@ -436,7 +436,7 @@ class SyncWatchdogMargin final : public Rule {
     if (!e.fell.has_time || !e.before.has_time || !e.fed_before || !e.uncertainty_ns) return e;
     if (e.gap.ns < watchdog.ns || Elapsed(e.before.time, e.fell.time) + *e.uncertainty_ns >= watchdog.ns) return e;
     const std::deque<sync::OutputGap>& recent = Of(e.slave).recent;
-    const auto found = std::find_if(recent.begin(), recent.end(), [&](const sync::OutputGap& gap) {
+    const auto found = std::ranges::find_if(recent, [&](const sync::OutputGap& gap) {
       return !gap.fell.seen() && gap.after.seen() && gap.after.number < e.fell.number && gap.gap.ns >= watchdog.ns;
     });
     if (found == recent.end()) return e;
@@ -576,7 +576,7 @@ class SyncWatchdogMargin final : public Rule {
 
   [[nodiscard]] bool IsMapped(SlaveId slave) const {
     const track::KnownFmmus& fmmus = context().network().fmmus(slave);
-    return std::any_of(fmmus.active.begin(), fmmus.active.end(), [](const auto& f) { return f.fmmu.writes(); });
+    return std::ranges::any_of(fmmus.active, [](const auto& f) { return f.fmmu.writes(); });
   }
 
   /// The master was silent for long, or the capture has a gap: nothing shows that the slave left OP for it.
