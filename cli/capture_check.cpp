@@ -5,9 +5,12 @@
 
 #include "analyzers/analysis.h"
 #include "analyzers/result/timeline.h"
+#include "cli/crash.h"
 #include "cli/decode_lines.h"
+#include "cli/interrupt.h"
+#include "cli/progress.h"
+#include "cli/report/layout.h"
 #include "cli/slave_filter.h"
-#include "cli/stream/spool.h"
 #include "cli/window.h"
 
 namespace ecaudit::cli {
@@ -118,6 +121,40 @@ Result<CheckedCapture> CheckCapture(std::span<const std::string> paths, const Se
   if (baseline != nullptr) ApplyBaseline(*baseline, out.report);
   if (lines != nullptr && !stop) out.report.decode_lines = DecodeLines(*lines, paths, out.report.result.findings);
   return out;
+}
+
+std::optional<Error> PlaceMoments(Settings& settings, const CapturePaths& paths, Console& console) {
+  if (!settings.moments.needs_capture()) return std::nullopt;
+  std::vector<std::string> notices;
+  if (const auto error = PlaceMoments(settings.moments, paths.paths(), settings.analysis, &notices)) {
+    return paths.WithoutSpools(*error);
+  }
+  for (const std::string& notice : notices) console.Warning(paths.WithoutSpools(Error{notice}).message);
+  return std::nullopt;
+}
+
+Result<AnalysisResult> EvaluateWhole(const CaptureOptions& capture, const Settings& settings, const CapturePaths& paths,
+                                     const std::string& label, Console& console) {
+  AnalysisOptions analysis = settings.analysis;
+  analysis.from_s = analysis.to_s = std::nullopt;
+  analysis.from_frame = analysis.to_frame = std::nullopt;
+  analysis.stop = &InterruptFlag();
+  analysis.reached = &ReachedFrame();
+  auto source = paths.Open();
+  if (!source) return source.error();
+  Progress progress(console, label);
+  analysis.progress = [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t packets) {
+    progress.Update(done, total, packets);
+  };
+  AnalysisResult result = Analyse(**source, analysis);
+  progress.Clear();
+  if (InterruptFlag()) return result;
+  const std::string& name = capture.captures.front();
+  if (KeepSlaves(settings.slaves, result) == 0 && !settings.slaves.empty()) {
+    return Error{name + " has no slave " + capture.slaves.front()};
+  }
+  if (result.capture.file.damage) console.Warning(name + " is damaged: " + result.capture.file.damage->message);
+  return result;
 }
 
 }  // namespace ecaudit::cli

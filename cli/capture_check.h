@@ -11,6 +11,7 @@
 #include "cli/capture_options.h"
 #include "cli/console.h"
 #include "cli/report/report.h"
+#include "cli/stream/spool.h"
 #include "decoder/base/result.h"
 
 namespace ecaudit::cli {
@@ -61,5 +62,16 @@ struct CheckedCapture {
     std::span<const std::string> paths, const Settings& settings, const Baseline* baseline,
     const std::atomic<bool>& stop, std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress,
     const WantedExtras& wanted = {}, std::atomic<FrameNo>* reached = nullptr);
+
+/// Places the moments of the range in the capture and warns of what the user may not expect of it.
+[[nodiscard]] std::optional<Error> PlaceMoments(Settings& settings, const CapturePaths& paths, Console& console);
+
+/// Evaluates the whole capture, whatever its settings leave out, so that findings have the numbers that `check` gives
+/// them; warns of damage. An interrupted result is incomplete.
+/// @param label  what the progress on the terminal is called
+/// @return fails when the capture cannot be opened, or has none of the slaves of --slave
+[[nodiscard]] Result<AnalysisResult> EvaluateWhole(const CaptureOptions& capture, const Settings& settings,
+                                                   const CapturePaths& paths, const std::string& label,
+                                                   Console& console);
 
 }  // namespace ecaudit::cli

@@ -4,12 +4,10 @@
 #include <filesystem>
 #include <utility>
 
-#include "analyzers/analysis.h"
-#include "cli/crash.h"
+#include "cli/capture_check.h"
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"
-#include "cli/slave_filter.h"
 #include "cli/stream/spool.h"
 #include "cli/version.h"
 #include "decoder/base/system/files.h"
@@ -187,11 +185,7 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   const bool place = plan.settings.moments.needs_capture();
   if (place) {
     if (const auto error = plan.paths.MakeReadableTwice()) return Fail(console, *error);
-    std::vector<std::string> notices;
-    if (const auto error = PlaceMoments(plan.settings.moments, plan.paths.paths(), plan.settings.analysis, &notices)) {
-      return Fail(console, plan.paths.WithoutSpools(*error));
-    }
-    for (const std::string& notice : notices) console.Warning(plan.paths.WithoutSpools(Error{notice}).message);
+    if (const auto error = PlaceMoments(plan.settings, plan.paths, console)) return Fail(console, *error);
   }
   const Result<FrameRange> range = ReadFrameRange(plan.settings.analysis, frames);
   if (!range) return Fail(console, range.error());
@@ -208,39 +202,13 @@ ExitStatus CopyRun::Run(Console& console, std::string_view command, const std::o
   if (!place) {
     if (const auto error = plan.paths.MakeReadableTwice()) return Fail(console, *error);
   }
-  AnalysisResult result;
-  if (const ExitStatus status = Evaluate(console, plan, result); status != ExitStatus::kClean) return status;
-  Result<Wish> wish = decide(result, plan.range);
-  if (!wish) return Fail(console, Error{plan.name + ": " + wish.error().message});
-  return Copy(console, plan, result, *wish);
-}
-
-/// The whole capture is evaluated, so that findings have the numbers that `check` gives them.
-ExitStatus CopyRun::Evaluate(Console& console, const Plan& plan, AnalysisResult& result) const {
-  AnalysisOptions analysis = plan.settings.analysis;
-  analysis.from_s = analysis.to_s = std::nullopt;
-  analysis.from_frame = analysis.to_frame = std::nullopt;
-  analysis.stop = &InterruptFlag();
-  analysis.reached = &ReachedFrame();
-  {
-    auto source = plan.paths.Open();
-    if (!source && InterruptFlag()) return InterruptedCopy(console, plan.name);
-    if (!source) return Fail(console, source.error());
-    Progress progress(console, plan.file_name + ", first pass");
-    analysis.progress = [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t packets) {
-      progress.Update(done, total, packets);
-    };
-    result = Analyse(**source, analysis);
-    progress.Clear();
-  }
+  const Result<AnalysisResult> result =
+      EvaluateWhole(capture_, plan.settings, plan.paths, plan.file_name + ", first pass", console);
   if (InterruptFlag()) return InterruptedCopy(console, plan.name);
-  if (KeepSlaves(plan.settings.slaves, result) == 0 && !plan.settings.slaves.empty()) {
-    return Fail(console, Error{plan.name + " has no slave " + capture_.slaves.front()});
-  }
-  if (result.capture.file.damage) {
-    console.Warning(plan.name + " is damaged: " + result.capture.file.damage->message);
-  }
-  return ExitStatus::kClean;
+  if (!result) return Fail(console, result.error());
+  Result<Wish> wish = decide(*result, plan.range);
+  if (!wish) return Fail(console, Error{plan.name + ": " + wish.error().message});
+  return Copy(console, plan, *result, *wish);
 }
 
 ExitStatus CopyRun::Copy(Console& console, const Plan& plan, const AnalysisResult& result, Wish& wish) const {

@@ -34,7 +34,6 @@ class CopyRun {
  private:
   struct Plan;
   [[nodiscard]] std::optional<Error> CheckOutput(CommandFiles& files);
-  [[nodiscard]] ExitStatus Evaluate(Console& console, const Plan& plan, AnalysisResult& result) const;
   [[nodiscard]] ExitStatus Copy(Console& console, const Plan& plan, const AnalysisResult& result, Wish& wish) const;
 
   CaptureOptions capture_;

@@ -204,11 +204,7 @@ ExitStatus StreamRun::Run(Console& console, LineWriter& writer, std::string_view
     if (const auto error = plan.paths.MakeReadableTwice()) return Fail(console, *error);
   }
   if (place) {
-    std::vector<std::string> notices;
-    if (const auto error = PlaceMoments(settings->moments, plan.paths.paths(), settings->analysis, &notices)) {
-      return Fail(console, plan.paths.WithoutSpools(*error));
-    }
-    for (const std::string& notice : notices) console.Warning(plan.paths.WithoutSpools(Error{notice}).message);
+    if (const auto error = PlaceMoments(*settings, plan.paths, console)) return Fail(console, *error);
     const Result<FrameRange> placed = ReadFrameRange(settings->analysis, frames_);
     if (!placed) return Fail(console, placed.error());
     *range = *placed;

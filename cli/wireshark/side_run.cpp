@@ -7,7 +7,6 @@
 #include <system_error>
 #include <utility>
 
-#include "analyzers/analysis.h"
 #include "analyzers/observation.h"
 #include "cli/capture_check.h"
 #include "cli/crash.h"
@@ -16,7 +15,6 @@
 #include "cli/report/finding_id.h"
 #include "cli/report/sentences.h"
 #include "cli/report/text_writer.h"
-#include "cli/slave_filter.h"
 #include "cli/stream/event_writer.h"
 #include "cli/stream/signal_writer.h"
 #include "cli/stream/spool.h"
@@ -156,13 +154,7 @@ ExitStatus SideRun::Run(Console& console) {
   plan.settings = std::move(*settings);
   capture_.ReportSkipped(console);
   plan.paths = CapturePaths(capture_.captures, plan.settings.analysis.interfaces);
-  if (plan.settings.moments.needs_capture()) {
-    std::vector<std::string> notices;
-    if (const auto error = PlaceMoments(plan.settings.moments, plan.paths.paths(), plan.settings.analysis, &notices)) {
-      return Fail(console, *error);
-    }
-    for (const std::string& notice : notices) console.Warning(notice);
-  }
+  if (const auto error = PlaceMoments(plan.settings, plan.paths, console)) return Fail(console, *error);
   const Result<FrameRange> range = ReadFrameRange(plan.settings.analysis, std::nullopt);
   if (!range) return Fail(console, range.error());
   plan.range = *range;
@@ -217,29 +209,13 @@ ExitStatus SideRun::Write(Console& console, Plan& plan, SideFile& side, Written&
   return error ? Fail(console, *error) : ExitStatus::kClean;
 }
 
-/// The whole capture is evaluated, so that findings have the numbers that `check` gives them.
 std::optional<Error> SideRun::WriteFindings(Console& console, const Plan& plan, SideFile& side,
                                             Written& written) const {
-  AnalysisOptions analysis = plan.settings.analysis;
-  analysis.from_s = analysis.to_s = std::nullopt;
-  analysis.from_frame = analysis.to_frame = std::nullopt;
-  analysis.stop = &InterruptFlag();
-  analysis.reached = &ReachedFrame();
-  auto source = plan.paths.Open();
-  if (!source) return source.error();
-  Progress progress(console, std::filesystem::path(plan.name).filename().string() + ", findings");
-  analysis.progress = [&progress](std::uint64_t done, std::uint64_t total, std::uint64_t packets) {
-    progress.Update(done, total, packets);
-  };
-  AnalysisResult result = Analyse(**source, analysis);
-  progress.Clear();
+  const std::string label = std::filesystem::path(plan.name).filename().string() + ", findings";
+  const Result<AnalysisResult> evaluated = EvaluateWhole(capture_, plan.settings, plan.paths, label, console);
+  if (!evaluated) return evaluated.error();
   if (InterruptFlag()) return std::nullopt;
-  if (KeepSlaves(plan.settings.slaves, result) == 0 && !plan.settings.slaves.empty()) {
-    return Error{plan.name + " has no slave " + capture_.slaves.front()};
-  }
-  if (result.capture.file.damage) {
-    console.Warning(plan.name + " is damaged: " + result.capture.file.damage->message);
-  }
+  const AnalysisResult& result = *evaluated;
   for (std::size_t i = 0; i < result.findings.size(); ++i) {
     const Finding& finding = result.findings[i];
     const std::string place = std::to_string(i);
