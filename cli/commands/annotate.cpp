@@ -9,11 +9,7 @@ namespace {
 
 class AnnotateCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "annotate"; }
-  [[nodiscard]] std::string_view usage() const override { return "annotate CAPTURE"; }
-  [[nodiscard]] std::string_view summary() const override {
-    return "Copy a capture with each finding as a packet comment";
-  }
+  AnnotateCommand() : Command("annotate", "annotate CAPTURE", "Copy a capture with each finding as a packet comment") {}
 
   void Declare(OptionSet& options) override {
     run_.Declare(options);

@@ -59,11 +59,8 @@ std::string FirstDifference(const std::vector<std::string>& a, const std::vector
 
 class AnonymizeCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "anonymize"; }
-  [[nodiscard]] std::string_view usage() const override { return "anonymize CAPTURE"; }
-  [[nodiscard]] std::string_view summary() const override {
-    return "Copy a capture without the names of people, places and devices";
-  }
+  AnonymizeCommand()
+      : Command("anonymize", "anonymize CAPTURE", "Copy a capture without the names of people, places and devices") {}
 
   void Declare(OptionSet& options) override {
     capture_.Declare(options);

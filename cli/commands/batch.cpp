@@ -43,11 +43,8 @@ constexpr const char* kDefaultFolder = "ecaudit-reports";
 
 class BatchCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "batch"; }
-  [[nodiscard]] std::string_view usage() const override { return "batch PATH..."; }
-  [[nodiscard]] std::string_view summary() const override {
-    return "Check many captures in parallel: a report for each, one summary";
-  }
+  BatchCommand()
+      : Command("batch", "batch PATH...", "Check many captures in parallel: a report for each, one summary") {}
 
   void Declare(OptionSet& options) override {
     options.Arguments("PATH", options_.captures,

@@ -15,11 +15,7 @@ namespace {
 
 class CheckCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "check"; }
-  [[nodiscard]] std::string_view usage() const override { return "check CAPTURE..."; }
-  [[nodiscard]] std::string_view summary() const override {
-    return "Decode captures, follow each slave, report what is wrong";
-  }
+  CheckCommand() : Command("check", "check CAPTURE...", "Decode captures, follow each slave, report what is wrong") {}
 
   void Declare(OptionSet& options) override {
     run_.options.Declare(options);

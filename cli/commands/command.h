@@ -13,20 +13,24 @@ namespace ecaudit::cli {
 
 class Command {
  public:
-  Command() = default;
+  /// @param usage    name and arguments for the overview: "check CAPTURE..."
+  /// @param summary  one line for the overview and the help
+  Command(std::string_view name, std::string_view usage, std::string_view summary)
+      : name_(name), usage_(usage), summary_(summary) {}
   Command(const Command&) = delete;
   Command& operator=(const Command&) = delete;
   virtual ~Command() = default;
 
-  [[nodiscard]] virtual std::string_view name() const = 0;
-  /// Name and arguments for the overview: "check CAPTURE...".
-  [[nodiscard]] virtual std::string_view usage() const = 0;
-  /// One line for the overview and the help.
-  [[nodiscard]] virtual std::string_view summary() const = 0;
+  [[nodiscard]] std::string_view name() const { return name_; }
+  [[nodiscard]] std::string_view usage() const { return usage_; }
+  [[nodiscard]] std::string_view summary() const { return summary_; }
   /// Declares what the command takes; the targets are members of the command.
   virtual void Declare(OptionSet& options) = 0;
   /// Does the work after parsing. What goes wrong is reported on `console`, once.
   [[nodiscard]] virtual ExitStatus Run(Console& console) = 0;
+
+ private:
+  std::string_view name_, usage_, summary_;
 };
 
 [[nodiscard]] std::unique_ptr<Command> MakeCheckCommand();

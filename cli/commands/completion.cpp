@@ -13,9 +13,7 @@ namespace {
 
 class CompletionCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "completion"; }
-  [[nodiscard]] std::string_view usage() const override { return "completion SHELL"; }
-  [[nodiscard]] std::string_view summary() const override { return "Write the completion for bash, zsh or fish"; }
+  CompletionCommand() : Command("completion", "completion SHELL", "Write the completion for bash, zsh or fish") {}
 
   void Declare(OptionSet& options) override {
     options.Argument("SHELL", shell_, "bash, zsh or fish; man: the manual page instead", true);

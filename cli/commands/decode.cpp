@@ -148,9 +148,7 @@ class DatagramWriter final : public LineWriter {
 
 class DecodeCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "decode"; }
-  [[nodiscard]] std::string_view usage() const override { return "decode CAPTURE"; }
-  [[nodiscard]] std::string_view summary() const override { return "Show every datagram, one a line"; }
+  DecodeCommand() : Command("decode", "decode CAPTURE", "Show every datagram, one a line") {}
 
   void Declare(OptionSet& options) override {
     run_.Declare(options, StreamFormats::OfDatagrams());

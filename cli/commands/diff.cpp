@@ -23,11 +23,7 @@ constexpr std::array kDiffFormats{OutputFormat{"text", ".txt"}, OutputFormat{"js
 
 class DiffCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "diff"; }
-  [[nodiscard]] std::string_view usage() const override { return "diff A B"; }
-  [[nodiscard]] std::string_view summary() const override {
-    return "Compare two captures: start-ups, configuration, timing, findings";
-  }
+  DiffCommand() : Command("diff", "diff A B", "Compare two captures: start-ups, configuration, timing, findings") {}
 
   void Declare(OptionSet& options) override {
     run_.options.Declare(options);

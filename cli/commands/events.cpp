@@ -13,11 +13,8 @@ namespace {
 
 class EventsCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "events"; }
-  [[nodiscard]] std::string_view usage() const override { return "events CAPTURE"; }
-  [[nodiscard]] std::string_view summary() const override {
-    return "Show what happened: states, register writes, mailboxes, SDO transfers";
-  }
+  EventsCommand()
+      : Command("events", "events CAPTURE", "Show what happened: states, register writes, mailboxes, SDO transfers") {}
 
   void Declare(OptionSet& options) override {
     run_.Declare(options, StreamFormats::OfEvents());

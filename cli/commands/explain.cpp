@@ -140,11 +140,8 @@ std::string MeaningsJson(const std::string& what, const std::vector<Meaning>& me
 
 class ExplainCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "explain"; }
-  [[nodiscard]] std::string_view usage() const override { return "explain WHAT"; }
-  [[nodiscard]] std::string_view summary() const override {
-    return "Explain a rule (what it checks, what to do), a code or a number";
-  }
+  ExplainCommand()
+      : Command("explain", "explain WHAT", "Explain a rule (what it checks, what to do), a code or a number") {}
 
   void Declare(OptionSet& options) override {
     options.Argument("WHAT", what_, "id of a rule, or a number as below", true);

@@ -41,11 +41,7 @@ struct ByContent {
 
 class MergeCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "merge"; }
-  [[nodiscard]] std::string_view usage() const override { return "merge REPORT..."; }
-  [[nodiscard]] std::string_view summary() const override {
-    return "Join JSON reports of many captures into one summary";
-  }
+  MergeCommand() : Command("merge", "merge REPORT...", "Join JSON reports of many captures into one summary") {}
 
   void Declare(OptionSet& options) override {
     options.Arguments("REPORT", paths_,

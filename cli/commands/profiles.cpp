@@ -117,11 +117,8 @@ bool IsProfileName(std::string_view name) {
 
 class ProfilesCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "profiles"; }
-  [[nodiscard]] std::string_view usage() const override { return "profiles [NAME]"; }
-  [[nodiscard]] std::string_view summary() const override {
-    return "List the drive families or show one; check or create a family file";
-  }
+  ProfilesCommand()
+      : Command("profiles", "profiles [NAME]", "List the drive families or show one; check or create a family file") {}
 
   void Declare(OptionSet& options) override {
     options.Argument("NAME", name_, "a profile; without it all are listed", false);

@@ -48,9 +48,7 @@ std::string RulesJson() {
 
 class RulesCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "rules"; }
-  [[nodiscard]] std::string_view usage() const override { return "rules"; }
-  [[nodiscard]] std::string_view summary() const override { return "List the rules that captures are checked against"; }
+  RulesCommand() : Command("rules", "rules", "List the rules that captures are checked against") {}
   void Declare(OptionSet& options) override { output_.Declare(options); }
   [[nodiscard]] ExitStatus Run(Console& console) override { return output_.Print(console, RulesText, RulesJson); }
 

@@ -14,11 +14,8 @@ namespace {
 
 class SignalsCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "signals"; }
-  [[nodiscard]] std::string_view usage() const override { return "signals CAPTURE"; }
-  [[nodiscard]] std::string_view summary() const override {
-    return "Write process data by name over time, as a table for plots";
-  }
+  SignalsCommand()
+      : Command("signals", "signals CAPTURE", "Write process data by name over time, as a table for plots") {}
 
   void Declare(OptionSet& options) override {
     run_.Declare(options, StreamFormats::OfSignals());

@@ -16,11 +16,7 @@ constexpr FrameNo kFindingContext = 10;
 
 class SliceCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "slice"; }
-  [[nodiscard]] std::string_view usage() const override { return "slice CAPTURE"; }
-  [[nodiscard]] std::string_view summary() const override {
-    return "Copy the frames of a finding into a capture with comments";
-  }
+  SliceCommand() : Command("slice", "slice CAPTURE", "Copy the frames of a finding into a capture with comments") {}
 
   void Declare(OptionSet& options) override {
     run_.Declare(options);

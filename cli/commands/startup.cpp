@@ -101,11 +101,9 @@ void KeepStartupFindings(report::CaptureReport& capture) {
 
 class StartupCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "startup"; }
-  [[nodiscard]] std::string_view usage() const override { return "startup CAPTURE"; }
-  [[nodiscard]] std::string_view summary() const override {
-    return "Show the start-up of each slave, save it, compare it with an expectation";
-  }
+  StartupCommand()
+      : Command("startup", "startup CAPTURE",
+                "Show the start-up of each slave, save it, compare it with an expectation") {}
 
   void Declare(OptionSet& options) override {
     run_.options.Declare(options);

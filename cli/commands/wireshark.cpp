@@ -9,11 +9,8 @@ namespace {
 
 class WiresharkCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "wireshark"; }
-  [[nodiscard]] std::string_view usage() const override { return "wireshark CAPTURE"; }
-  [[nodiscard]] std::string_view summary() const override {
-    return "Show findings, states and process data inside Wireshark";
-  }
+  WiresharkCommand()
+      : Command("wireshark", "wireshark CAPTURE", "Show findings, states and process data inside Wireshark") {}
 
   void Declare(OptionSet& options) override {
     run_.Declare(options);

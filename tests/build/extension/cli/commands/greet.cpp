@@ -8,9 +8,7 @@ namespace {
 
 class GreetCommand : public Command {
  public:
-  [[nodiscard]] std::string_view name() const override { return "greet"; }
-  [[nodiscard]] std::string_view usage() const override { return "greet"; }
-  [[nodiscard]] std::string_view summary() const override { return "Say hello"; }
+  GreetCommand() : Command("greet", "greet", "Say hello") {}
   void Declare(OptionSet& /*options*/) override {}
   [[nodiscard]] ExitStatus Run(Console& console) override {
     return console.Write("hello\n") ? ExitStatus::kUsage : ExitStatus::kClean;
