@@ -202,6 +202,13 @@ bool StartupRecorder::TookItsPlace(Story& story, const track::AlRequest& request
   return true;
 }
 
+StartupStep* StartupRecorder::LastRequest(Record& record) {
+  const auto step = std::find_if(record.steps.rbegin(), record.steps.rend(), [](const StartupStep& candidate) {
+    return candidate.key.kind == StartupKey::Kind::kRequest;
+  });
+  return step == record.steps.rend() ? nullptr : &*step;
+}
+
 void StartupRecorder::On(const track::AlRequest& request) {
   Story& story = Get(request.slave);
   last_shown_[request.slave] = 0;
@@ -224,21 +231,18 @@ void StartupRecorder::On(const track::AlRequest& request) {
     if (!story.again_frame.seen()) story.again_frame = request.frame();
   }
   std::uint8_t state = request.returned.seen() ? story.state : story.StateAt(request.frame().number);
-  for (auto step = story.record.steps.rbegin(); step != story.record.steps.rend(); ++step) {
-    if (step->key.kind != StartupKey::Kind::kRequest) continue;
-    const bool pending = IsOpen(step->outcome);
-    if (step->key.address != wanted || (!pending && wanted != kInit)) {
-      // A master that does not look takes it that the state was reached.
-      const FrameNo looked = model_.network().state(request.slave).al_status.since();
-      if (step->outcome == StartupOutcome::kUnknown && looked < step->last.number)
-        state = static_cast<std::uint8_t>(step->key.address);
-      break;
+  if (StartupStep* const before = LastRequest(story.record)) {
+    if (before->key.address == wanted && (IsOpen(before->outcome) || wanted == kInit)) {
+      // A master that writes its request until the state follows makes one step.
+      Extend(story.record, before->phase, request.frame(), request.frame());
+      ++before->count;
+      before->last = request.frame();
+      return;
     }
-    // A master that writes its request until the state follows makes one step.
-    Extend(story.record, step->phase, request.frame(), request.frame());
-    ++step->count;
-    step->last = request.frame();
-    return;
+    // A master that does not look takes it that the state was reached.
+    const FrameNo looked = model_.network().state(request.slave).al_status.since();
+    if (before->outcome == StartupOutcome::kUnknown && looked < before->last.number)
+      state = static_cast<std::uint8_t>(before->key.address);
   }
   const StartupPhase phase = PhaseOfRequest(wanted, state);
   if (LeadsOn(phase, wanted) || !story.record.phases[At(phase)].first.seen()) {
@@ -282,16 +286,14 @@ void StartupRecorder::On(const track::AlStatusRead& read) {
     if (state != kOp) story.enabled = story.left_operation = true;
     return;
   }
-  for (auto step = story.record.steps.rbegin(); step != story.record.steps.rend(); ++step) {
-    if (step->key.kind != StartupKey::Kind::kRequest) continue;
-    if (step->key.address != state || !IsOpen(step->outcome)) break;
+  StartupStep* const step = LastRequest(story.record);
+  if (step != nullptr && step->key.address == state && IsOpen(step->outcome)) {
     step->outcome = StartupOutcome::kDone;
     step->last = read.frame;
     Phase& phase = story.record.phases[At(step->phase)];
     if (LeadsOn(step->phase, step->key.address)) Extend(story.record, step->phase, read.frame, read.frame);
     story.record.end = read.frame;
     phase.reached = std::max(phase.reached, state);  // what is given up again was reached
-    break;
   }
   if (state != kBoot) story.record.highest = std::max(story.record.highest, state);
   if (state >= kPreop) scan_done_ = true;
@@ -307,19 +309,16 @@ void StartupRecorder::On(const model::AlAnswered& event) {
   if (event.outcome != model::AlAnswered::Outcome::kRefused) return;
   Story& story = Get(event.slave);
   if (story.in_operation) return;
-  for (auto step = story.record.steps.rbegin(); step != story.record.steps.rend(); ++step) {
-    if (step->key.kind != StartupKey::Kind::kRequest) continue;
-    if (step->key.address != event.request.control.state()) break;
-    step->outcome = StartupOutcome::kRefused;
-    step->code = event.code.value_or(0);
-    step->last = event.frame;
-    Extend(story.record, step->phase, event.frame, event.frame);
-    Phase& phase = story.record.phases[At(step->phase)];
-    phase.refused = event.request.control.state();
-    phase.code = event.code.value_or(0);
-    phase.reached = 0;
-    break;
-  }
+  StartupStep* const step = LastRequest(story.record);
+  if (step == nullptr || step->key.address != event.request.control.state()) return;
+  step->outcome = StartupOutcome::kRefused;
+  step->code = event.code.value_or(0);
+  step->last = event.frame;
+  Extend(story.record, step->phase, event.frame, event.frame);
+  Phase& phase = story.record.phases[At(step->phase)];
+  phase.refused = event.request.control.state();
+  phase.code = event.code.value_or(0);
+  phase.reached = 0;
 }
 
 void StartupRecorder::NotFollowed(Story& story, std::uint8_t wanted, const FrameRef& last_look) {
@@ -340,16 +339,12 @@ void StartupRecorder::On(const model::AlGivenUp& event) {
 void StartupRecorder::On(const model::AlErrorCode& event) {
   Story& story = Get(event.slave);
   if (story.in_operation) return;
-  for (auto step = story.record.steps.rbegin(); step != story.record.steps.rend(); ++step) {
-    if (step->key.kind != StartupKey::Kind::kRequest) continue;
-    if (step->outcome == StartupOutcome::kRefused && step->code == 0) {
-      step->code = event.code;
-      step->last = event.frame;
-      Extend(story.record, step->phase, event.frame, event.frame);
-      story.record.phases[At(step->phase)].code = event.code;
-    }
-    break;
-  }
+  StartupStep* const step = LastRequest(story.record);
+  if (step == nullptr || step->outcome != StartupOutcome::kRefused || step->code != 0) return;
+  step->code = event.code;
+  step->last = event.frame;
+  Extend(story.record, step->phase, event.frame, event.frame);
+  story.record.phases[At(step->phase)].code = event.code;
 }
 
 void StartupRecorder::On(const track::SlaveAccess& access) {

@@ -111,6 +111,8 @@ class StartupRecorder final : public Collector {
   };
 
   [[nodiscard]] StartupSummary SummariseSlave(SlaveId slave, const FrameRef& capture_end);
+  /// Null: no state was requested yet.
+  [[nodiscard]] static StartupStep* LastRequest(Record& record);
   bool TookItsPlace(Story& story, const track::AlRequest& request);
   static void NotFollowed(Story& story, std::uint8_t wanted, const FrameRef& last_look);
   /// What was sent to all slaves at once.
