@@ -22,35 +22,32 @@ constexpr Word kControlWord{"latch-control-word", "the latch control word"};
 constexpr Word kStatusWordBefore{"status-word-before", "the latch status word before the selector"};
 constexpr Word kInputsBefore{"inputs-before", "the inputs just before the selector", true};
 
-Reason ReasonOf(model::LatchNotEvaluable::Why why) {
-  using Why = model::LatchNotEvaluable::Why;
-  switch (why) {
-    case Why::kValidFromStart:
-      return Reason::Of(ReasonCode::kNotInCapture, kValidBitStart);
-    case Why::kValidStayed:
-      return Reason::Of(ReasonCode::kAmbiguous, kValidBit);
-    case Why::kInputsUnknown:
-      return Reason::Of(ReasonCode::kNotInCapture, kInputMapping);
-    case Why::kEdgeUndocumented:
-      return Reason::Of(ReasonCode::kNotInProfile, kEdgeOfPosition);
-    case Why::kPositionUndocumented:
-      return Reason::Of(ReasonCode::kNotInProfile, kPositionObject);
-    case Why::kEndsWhileUnread:
-      return Reason::Of(ReasonCode::kCaptureEnds, kWaitForReading);
-    case Why::kEnableBitUncertain:
-      return Reason::Of(ReasonCode::kNotInCapture, kControlWordAccepted);
-    case Why::kStatusWordMissing:
-      return Reason::Of(ReasonCode::kNotInCapture, kStatusWordBefore);
-    case Why::kInputsMissing:
-      return Reason::Of(ReasonCode::kNotInCapture, kInputsBefore);
-    case Why::kNoTimeStamps:
-      return Reason::Of(ReasonCode::kNoStamps);
-    case Why::kGap:
-      return Reason::Of(ReasonCode::kCaptureGap, kControlWord);
-    case Why::kAlStateUnknown:
-      return Reason::Of(ReasonCode::kNotInCapture, what::kAlState);
-  }
-  return Reason::Of(ReasonCode::kNotInCapture, what::kHistory);
+using Why = model::LatchNotEvaluable::Why;
+
+/// The reason for each of them, and what it is about; null: nothing in particular.
+struct WhyRow {
+  Why why;
+  ReasonCode code;
+  const Word* what;
+};
+constexpr WhyRow kReasons[] = {
+    {Why::kValidFromStart, ReasonCode::kNotInCapture, &kValidBitStart},
+    {Why::kValidStayed, ReasonCode::kAmbiguous, &kValidBit},
+    {Why::kInputsUnknown, ReasonCode::kNotInCapture, &kInputMapping},
+    {Why::kEdgeUndocumented, ReasonCode::kNotInProfile, &kEdgeOfPosition},
+    {Why::kPositionUndocumented, ReasonCode::kNotInProfile, &kPositionObject},
+    {Why::kEndsWhileUnread, ReasonCode::kCaptureEnds, &kWaitForReading},
+    {Why::kEnableBitUncertain, ReasonCode::kNotInCapture, &kControlWordAccepted},
+    {Why::kStatusWordMissing, ReasonCode::kNotInCapture, &kStatusWordBefore},
+    {Why::kInputsMissing, ReasonCode::kNotInCapture, &kInputsBefore},
+    {Why::kNoTimeStamps, ReasonCode::kNoStamps, nullptr},
+    {Why::kGap, ReasonCode::kCaptureGap, &kControlWord},
+    {Why::kAlStateUnknown, ReasonCode::kNotInCapture, &what::kAlState},
+};
+
+Reason ReasonOf(Why why) {
+  const auto* row = std::ranges::find(kReasons, why, &WhyRow::why);
+  return row->what == nullptr ? Reason::Of(row->code) : Reason::Of(row->code, *row->what);
 }
 
 }  // namespace

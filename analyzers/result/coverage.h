@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "decoder/base/ids.h"
+#include "decoder/base/names.h"
 
 namespace ecaudit {
 
@@ -38,47 +39,30 @@ enum class NotApplicable : std::uint8_t {
   kNoLatch,
   kLatchUnused
 };
+inline constexpr Named<NotApplicable> kNotApplicableTexts[] = {
+    {NotApplicable::kApplies, ""},
+    {NotApplicable::kSwitchedOff, "switched off by --rule or the configuration file"},
+    {NotApplicable::kNoExpectation, "no expectation of the start-up is given (startup --expect)"},
+    {NotApplicable::kNoOtherPackets, "no packets of other protocols are in the capture"},
+    {NotApplicable::kEepromUnread, "the EEPROM is not read"},
+    {NotApplicable::kNoRequest, "no state is requested of the slave"},
+    {NotApplicable::kInInit, "the slave stays in INIT, where it needs no sync manager"},
+    {NotApplicable::kMailboxUnused, "the mailbox is not used"},
+    {NotApplicable::kNoCoe, "the mailbox is not used for CoE"},
+    {NotApplicable::kNoEoe, "the mailbox is not used for EoE"},
+    {NotApplicable::kMappingUntouched, "no PDO assignment or mapping is written or read"},
+    {NotApplicable::kNoProcessData, "no process data are exchanged with the slave"},
+    {NotApplicable::kNoCycle, "no cycle time is set in the capture"},
+    {NotApplicable::kNoDrive, "the slave is not used as a drive: no control or status word"},
+    {NotApplicable::kNoFaultBits, "no object of the slave is known to show faults by its bits"},
+    {NotApplicable::kClockUnused, "the distributed clock is not used"},
+    {NotApplicable::kNoLatch, "the slave has no latches that are known"},
+    {NotApplicable::kLatchUnused, "no latch word is exchanged"},
+};
+static_assert(NamesAll(kNotApplicableTexts, NotApplicable::kLatchUnused));
 /// "its mailbox is not used"; empty for kApplies.
 [[nodiscard]] constexpr std::string_view Describe(NotApplicable why) {
-  switch (why) {
-    case NotApplicable::kApplies:
-      break;
-    case NotApplicable::kSwitchedOff:
-      return "switched off by --rule or the configuration file";
-    case NotApplicable::kNoExpectation:
-      return "no expectation of the start-up is given (startup --expect)";
-    case NotApplicable::kNoOtherPackets:
-      return "no packets of other protocols are in the capture";
-    case NotApplicable::kEepromUnread:
-      return "the EEPROM is not read";
-    case NotApplicable::kNoRequest:
-      return "no state is requested of the slave";
-    case NotApplicable::kInInit:
-      return "the slave stays in INIT, where it needs no sync manager";
-    case NotApplicable::kMailboxUnused:
-      return "the mailbox is not used";
-    case NotApplicable::kNoCoe:
-      return "the mailbox is not used for CoE";
-    case NotApplicable::kNoEoe:
-      return "the mailbox is not used for EoE";
-    case NotApplicable::kMappingUntouched:
-      return "no PDO assignment or mapping is written or read";
-    case NotApplicable::kNoProcessData:
-      return "no process data are exchanged with the slave";
-    case NotApplicable::kNoCycle:
-      return "no cycle time is set in the capture";
-    case NotApplicable::kNoDrive:
-      return "the slave is not used as a drive: no control or status word";
-    case NotApplicable::kNoFaultBits:
-      return "no object of the slave is known to show faults by its bits";
-    case NotApplicable::kClockUnused:
-      return "the distributed clock is not used";
-    case NotApplicable::kNoLatch:
-      return "the slave has no latches that are known";
-    case NotApplicable::kLatchUnused:
-      return "no latch word is exchanged";
-  }
-  return {};
+  return NameIn(kNotApplicableTexts, why);
 }
 
 /// One rule for one slave.

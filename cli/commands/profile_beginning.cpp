@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cli/report/json_text.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 #include "decoder/mailbox/soe.h"
 
@@ -20,18 +21,12 @@ std::string_view Word(PdoDirection direction) {
 }
 
 std::string_view Word(device::Access access) {
-  switch (access) {
-    case device::Access::kRead:
-      return "ro";
-    case device::Access::kWrite:
-      return "wo";
-    case device::Access::kReadWrite:
-      return "rw";
-    case device::Access::kUnknown:
-    case device::Access::kNone:
-      break;
-  }
-  return "";
+  static constexpr Named<device::Access> kNames[] = {
+      {device::Access::kRead, "ro"},
+      {device::Access::kWrite, "wo"},
+      {device::Access::kReadWrite, "rw"},
+  };
+  return NameIn(kNames, access);
 }
 
 void PutIdentity(JsonObject& out, const DeviceDescription& esi, const std::string& source) {

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "cli/commands/profile_rows.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -94,30 +95,21 @@ void AppendCyclic(const device::PdoDescription& pdo, TextBuilder& text) {
 }
 
 std::string_view MappableText(device::Mappable mappable) {
-  switch (mappable) {
-    case device::Mappable::kNo:
-      return ", not mappable";
-    case device::Mappable::kYes:
-      return ", mappable";
-    case device::Mappable::kConditional:
-      return ", mappable (yes*)";
-    case device::Mappable::kUnknown:
-      break;
-  }
-  return "";
+  static constexpr Named<device::Mappable> kNames[] = {
+      {device::Mappable::kNo, ", not mappable"},
+      {device::Mappable::kYes, ", mappable"},
+      {device::Mappable::kConditional, ", mappable (yes*)"},
+  };
+  return NameIn(kNames, mappable);
 }
 
 std::string_view AccessText(device::Access access) {
-  switch (access) {
-    case device::Access::kRead:
-      return ", read";
-    case device::Access::kWrite:
-      return ", write";
-    case device::Access::kReadWrite:
-      return ", read-write";
-    default:
-      return "";
-  }
+  static constexpr Named<device::Access> kNames[] = {
+      {device::Access::kRead, ", read"},
+      {device::Access::kWrite, ", write"},
+      {device::Access::kReadWrite, ", read-write"},
+  };
+  return NameIn(kNames, access);
 }
 
 void AppendDictionary(const device::ObjectDictionary& dictionary, TextBuilder& text) {

@@ -23,15 +23,13 @@ using report::OneLine;
 using report::Style;
 
 std::string_view Name(Basis basis) {
-  switch (basis) {
-    case Basis::kPrinted:
-      return "printed";
-    case Basis::kStandard:
-      return "standard";
-    case Basis::kInferred:
-      return "inferred";
-  }
-  return "inferred";
+  static constexpr Named<Basis> kNames[] = {
+      {Basis::kPrinted, "printed"},
+      {Basis::kStandard, "standard"},
+      {Basis::kInferred, "inferred"},
+  };
+  static_assert(NamesAll(kNames, Basis::kInferred));
+  return NameIn(kNames, basis);
 }
 
 std::string_view Name(Access access) {

@@ -10,6 +10,7 @@
 #include "cli/report/layout.h"
 #include "cli/report/report.h"
 #include "cli/report/sentences.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
@@ -83,17 +84,14 @@ std::vector<ChapterCoverage> ByChapter(std::span<const RuleCoverage> rules) {
 }
 
 std::string_view Name(Coverage coverage) {
-  switch (coverage) {
-    case Coverage::kJudged:
-      return "judged";
-    case Coverage::kPartly:
-      return "partly";
-    case Coverage::kNotJudged:
-      return "not_judged";
-    case Coverage::kNotApplicable:
-      break;
-  }
-  return "not_applicable";
+  static constexpr Named<Coverage> kNames[] = {
+      {Coverage::kJudged, "judged"},
+      {Coverage::kPartly, "partly"},
+      {Coverage::kNotJudged, "not_judged"},
+      {Coverage::kNotApplicable, "not_applicable"},
+  };
+  static_assert(NamesAll(kNames, Coverage::kNotApplicable));
+  return NameIn(kNames, coverage);
 }
 
 std::string_view WhyNotApplicable(const RuleCoverage& rule) {

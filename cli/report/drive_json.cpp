@@ -3,6 +3,7 @@
 #include "cli/report/json_sections.h"
 #include "cli/report/json_text.h"
 #include "cli/report/times.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::report {
@@ -15,19 +16,12 @@ void PutTexts(JsonObject& out, std::string_view key, const std::vector<std::stri
 }
 
 std::string_view KindText(DriveStep::Kind kind) {
-  switch (kind) {
-    case DriveStep::Kind::kCommand:
-      return "command";
-    case DriveStep::Kind::kState:
-      return "state";
-    case DriveStep::Kind::kMode:
-      return "mode";
-    case DriveStep::Kind::kWarning:
-      return "warning";
-    case DriveStep::Kind::kFault:
-      break;
-  }
-  return "fault";
+  static constexpr Named<DriveStep::Kind> kNames[] = {
+      {DriveStep::Kind::kCommand, "command"}, {DriveStep::Kind::kState, "state"}, {DriveStep::Kind::kMode, "mode"},
+      {DriveStep::Kind::kWarning, "warning"}, {DriveStep::Kind::kFault, "fault"},
+  };
+  static_assert(NamesAll(kNames, DriveStep::Kind::kFault));
+  return NameIn(kNames, kind);
 }
 
 void PutDriveStep(JsonObject& out, const AnalysisResult& result, const DriveStep& step) {

@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 
@@ -14,19 +15,13 @@ namespace {
 constexpr std::size_t kDemandIndent = 2, kStatusColumn = 10;
 
 std::string_view StatusText(EsiDemand::Status status) {
-  switch (status) {
-    case EsiDemand::Status::kMet:
-      return "done";
-    case EsiDemand::Status::kMissing:
-      return "missing";
-    case EsiDemand::Status::kDiffers:
-      return "differs";
-    case EsiDemand::Status::kNotDue:
-      return "not due";
-    case EsiDemand::Status::kUnknown:
-      break;
-  }
-  return "unknown";
+  static constexpr Named<EsiDemand::Status> kNames[] = {
+      {EsiDemand::Status::kMet, "done"},        {EsiDemand::Status::kMissing, "missing"},
+      {EsiDemand::Status::kDiffers, "differs"}, {EsiDemand::Status::kNotDue, "not due"},
+      {EsiDemand::Status::kUnknown, "unknown"},
+  };
+  static_assert(NamesAll(kNames, EsiDemand::Status::kUnknown));
+  return NameIn(kNames, status);
 }
 
 /// Equal for demands that differ in their frame only.

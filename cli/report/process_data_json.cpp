@@ -2,22 +2,19 @@
 
 #include "cli/report/json_sections.h"
 #include "cli/report/json_text.h"
+#include "decoder/base/names.h"
 
 namespace ecaudit::report {
 namespace {
 
 std::string_view SourceText(PdoSummary::Source source) {
-  switch (source) {
-    case PdoSummary::Source::kObserved:
-      return "observed";
-    case PdoSummary::Source::kDefault:
-      return "default";
-    case PdoSummary::Source::kEni:
-      return "eni";
-    case PdoSummary::Source::kUnknown:
-      break;
-  }
-  return "unknown";
+  static constexpr Named<PdoSummary::Source> kNames[] = {
+      {PdoSummary::Source::kObserved, "observed"},
+      {PdoSummary::Source::kDefault, "default"},
+      {PdoSummary::Source::kEni, "eni"},
+      {PdoSummary::Source::kUnknown, "unknown"},
+  };
+  return NameIn(kNames, source);
 }
 
 int Weight(PdoSummary::Source source) {

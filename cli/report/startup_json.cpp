@@ -5,6 +5,7 @@
 #include "cli/report/json_sections.h"
 #include "cli/report/json_text.h"
 #include "cli/report/times.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 
@@ -12,35 +13,24 @@ namespace ecaudit::report {
 namespace {
 
 std::string_view OutcomeText(StartupOutcome outcome) {
-  switch (outcome) {
-    case StartupOutcome::kDone:
-      return "done";
-    case StartupOutcome::kRefused:
-      return "refused";
-    case StartupOutcome::kUnanswered:
-      return "unanswered";
-    case StartupOutcome::kUnknown:
-      break;
-  }
-  return "unknown";
+  static constexpr Named<StartupOutcome> kNames[] = {
+      {StartupOutcome::kDone, "done"},
+      {StartupOutcome::kRefused, "refused"},
+      {StartupOutcome::kUnanswered, "unanswered"},
+      {StartupOutcome::kUnknown, "unknown"},
+  };
+  static_assert(NamesAll(kNames, StartupOutcome::kUnknown));
+  return NameIn(kNames, outcome);
 }
 
 std::string_view StepKindText(StartupKey::Kind kind) {
-  switch (kind) {
-    case StartupKey::Kind::kWrite:
-      return "write";
-    case StartupKey::Kind::kEeprom:
-      return "eeprom";
-    case StartupKey::Kind::kRequest:
-      return "request";
-    case StartupKey::Kind::kDownload:
-      return "download";
-    case StartupKey::Kind::kUpload:
-      return "upload";
-    case StartupKey::Kind::kDrive:
-      break;
-  }
-  return "drive";
+  static constexpr Named<StartupKey::Kind> kNames[] = {
+      {StartupKey::Kind::kWrite, "write"},     {StartupKey::Kind::kEeprom, "eeprom"},
+      {StartupKey::Kind::kRequest, "request"}, {StartupKey::Kind::kDownload, "download"},
+      {StartupKey::Kind::kUpload, "upload"},   {StartupKey::Kind::kDrive, "drive"},
+  };
+  static_assert(NamesAll(kNames, StartupKey::Kind::kDrive));
+  return NameIn(kNames, kind);
 }
 
 /// What the step is about, in the words of its kind.

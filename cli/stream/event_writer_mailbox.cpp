@@ -39,15 +39,13 @@ void WriteObject(EventRow& row, const E& event) {
 }
 
 std::string_view Name(Certainty certainty) {
-  switch (certainty) {
-    case Certainty::kUnknown:
-      return "unknown";
-    case Certainty::kInferred:
-      return "inferred";
-    case Certainty::kObserved:
-      return "observed";
-  }
-  return "unknown";
+  static constexpr Named<Certainty> kNames[] = {
+      {Certainty::kUnknown, "unknown"},
+      {Certainty::kInferred, "inferred"},
+      {Certainty::kObserved, "observed"},
+  };
+  static_assert(NamesAll(kNames, Certainty::kObserved));
+  return NameIn(kNames, certainty);
 }
 
 std::string_view Name(mailbox::MailboxUnanswered::End end) {

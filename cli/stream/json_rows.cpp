@@ -2,6 +2,7 @@
 #include "cli/stream/json_datagrams.h"
 #include "cli/stream/json_line.h"
 #include "cli/stream/stream_formats.h"
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::cli {
@@ -12,21 +13,16 @@ std::string_view NameOf(device::PdoDirection direction) {
 }
 
 std::string_view NameOf(ColumnKind kind) {
-  switch (kind) {
-    case ColumnKind::kSignal:
-      return "signal";
-    case ColumnKind::kDriveState:
-      return "drive-state";
-    case ColumnKind::kDriveCommand:
-      return "drive-command";
-    case ColumnKind::kMeaning:
-      return "meaning";
-    case ColumnKind::kDatagram:
-      return "datagram";
-    case ColumnKind::kRaw:
-      break;
-  }
-  return "raw";
+  static constexpr Named<ColumnKind> kNames[] = {
+      {ColumnKind::kSignal, "signal"},
+      {ColumnKind::kDriveState, "drive-state"},
+      {ColumnKind::kDriveCommand, "drive-command"},
+      {ColumnKind::kMeaning, "meaning"},
+      {ColumnKind::kDatagram, "datagram"},
+      {ColumnKind::kRaw, "raw"},
+  };
+  const std::string_view name = NameIn(kNames, kind);
+  return !name.empty() ? name : "raw";
 }
 
 template <class T>

@@ -82,51 +82,48 @@ std::tuple<std::uint16_t, bool, std::uint8_t> SortKey(const DictionaryObject& ob
   return {object.index, !object.head, object.subindex};
 }
 
+/// How types are printed; their bits, 0 where that depends; by number.
+struct Printed {
+  std::string_view name;
+  std::uint16_t bits = 0;
+  bool is_signed = false;
+};
+constexpr Printed kPrinted[] = {
+    {"", 0},
+    {"BOOL", 1},
+    {"INT8", 8, true},
+    {"INT16", 16, true},
+    {"INT32", 32, true},
+    {"INT64", 64, true},
+    {"UINT8", 8},
+    {"UINT16", 16},
+    {"UINT32", 32},
+    {"UINT64", 64},
+    {"REAL32", 32, true},
+    {"REAL64", 64, true},
+    {"VISIBLE_STRING"},
+    {"OCTET_STRING"},
+    {"ARRAY"},
+    {"RECORD"},
+};
+
+const Printed& PrintedOf(DataType type) {
+  const auto index = static_cast<std::size_t>(type);
+  return kPrinted[index < std::size(kPrinted) ? index : 0];
+}
+
 }  // namespace
 
 std::uint16_t BitsOf(DataType type) {
-  switch (type) {
-    case DataType::kBoolean:
-      return 1;
-    case DataType::kInteger8:
-    case DataType::kUnsigned8:
-      return 8;
-    case DataType::kInteger16:
-    case DataType::kUnsigned16:
-      return 16;
-    case DataType::kInteger32:
-    case DataType::kUnsigned32:
-    case DataType::kReal32:
-      return 32;
-    case DataType::kInteger64:
-    case DataType::kUnsigned64:
-    case DataType::kReal64:
-      return 64;
-    default:
-      return 0;
-  }
+  return PrintedOf(type).bits;
 }
 
 bool IsSigned(DataType type) {
-  switch (type) {
-    case DataType::kInteger8:
-    case DataType::kInteger16:
-    case DataType::kInteger32:
-    case DataType::kInteger64:
-    case DataType::kReal32:
-    case DataType::kReal64:
-      return true;
-    default:
-      return false;
-  }
+  return PrintedOf(type).is_signed;
 }
 
 std::string_view DataTypeName(DataType type) {
-  static constexpr auto kPrinted = std::to_array<std::string_view>(
-      {"", "BOOL", "INT8", "INT16", "INT32", "INT64", "UINT8", "UINT16", "UINT32", "UINT64", "REAL32", "REAL64",
-       "VISIBLE_STRING", "OCTET_STRING", "ARRAY", "RECORD"});
-  const auto index = static_cast<std::size_t>(type);
-  return index < kPrinted.size() ? kPrinted[index] : std::string_view();
+  return PrintedOf(type).name;
 }
 
 DataType DataTypeFromName(std::string_view name) {

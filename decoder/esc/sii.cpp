@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::esc {
@@ -297,34 +298,23 @@ std::string SiiProtocolNames(std::uint16_t protocols) {
 }
 
 std::string SiiCategoryName(std::uint16_t type) {
-  switch (static_cast<SiiCategoryType>(type)) {
-    case SiiCategoryType::NOP:
-      return "no content";
-    case SiiCategoryType::STRINGS:
-      return "strings";
-    case SiiCategoryType::DATA_TYPES:
-      return "data types";
-    case SiiCategoryType::GENERAL:
-      return "general";
-    case SiiCategoryType::FMMU:
-      return "FMMU";
-    case SiiCategoryType::SYNC_MANAGER:
-      return "sync managers";
-    case SiiCategoryType::FMMU_EXTENDED:
-      return "extended FMMU";
-    case SiiCategoryType::SYNC_UNIT:
-      return "sync units";
-    case SiiCategoryType::TX_PDO:
-      return "TxPDO";
-    case SiiCategoryType::RX_PDO:
-      return "RxPDO";
-    case SiiCategoryType::DC:
-      return "DC";
-    case SiiCategoryType::END:
-      return "end";
-  }
-  if (type >= kSiiVendorCategory) return "vendor " + Hex(type);
-  return "category " + std::to_string(type);
+  static constexpr Named<SiiCategoryType> kNames[] = {
+      {SiiCategoryType::NOP, "no content"},
+      {SiiCategoryType::STRINGS, "strings"},
+      {SiiCategoryType::DATA_TYPES, "data types"},
+      {SiiCategoryType::GENERAL, "general"},
+      {SiiCategoryType::FMMU, "FMMU"},
+      {SiiCategoryType::SYNC_MANAGER, "sync managers"},
+      {SiiCategoryType::FMMU_EXTENDED, "extended FMMU"},
+      {SiiCategoryType::SYNC_UNIT, "sync units"},
+      {SiiCategoryType::TX_PDO, "TxPDO"},
+      {SiiCategoryType::RX_PDO, "RxPDO"},
+      {SiiCategoryType::DC, "DC"},
+      {SiiCategoryType::END, "end"},
+  };
+  const std::string_view name = NameIn(kNames, static_cast<SiiCategoryType>(type));
+  if (!name.empty()) return std::string(name);
+  return type >= kSiiVendorCategory ? "vendor " + Hex(type) : "category " + std::to_string(type);
 }
 
 std::uint32_t SiiPdo::Bits() const {

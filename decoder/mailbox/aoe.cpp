@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "decoder/base/names.h"
+
 namespace ecaudit::mailbox {
 namespace {
 
@@ -20,29 +22,19 @@ std::optional<std::uint32_t> Dword(ByteSpan data, std::size_t offset) {
 }  // namespace
 
 std::string Name(AdsCommand command) {
-  switch (command) {
-    case AdsCommand::kInvalid:
-      break;
-    case AdsCommand::kReadDeviceInfo:
-      return "read device info";
-    case AdsCommand::kRead:
-      return "read";
-    case AdsCommand::kWrite:
-      return "write";
-    case AdsCommand::kReadState:
-      return "read state";
-    case AdsCommand::kWriteControl:
-      return "write control";
-    case AdsCommand::kAddNotification:
-      return "add device notification";
-    case AdsCommand::kDeleteNotification:
-      return "delete device notification";
-    case AdsCommand::kNotification:
-      return "device notification";
-    case AdsCommand::kReadWrite:
-      return "read write";
-  }
-  return "command " + std::to_string(static_cast<unsigned>(command));
+  static constexpr Named<AdsCommand> kNames[] = {
+      {AdsCommand::kReadDeviceInfo, "read device info"},
+      {AdsCommand::kRead, "read"},
+      {AdsCommand::kWrite, "write"},
+      {AdsCommand::kReadState, "read state"},
+      {AdsCommand::kWriteControl, "write control"},
+      {AdsCommand::kAddNotification, "add device notification"},
+      {AdsCommand::kDeleteNotification, "delete device notification"},
+      {AdsCommand::kNotification, "device notification"},
+      {AdsCommand::kReadWrite, "read write"},
+  };
+  const std::string_view name = NameIn(kNames, command);
+  return !name.empty() ? std::string(name) : "command " + std::to_string(static_cast<unsigned>(command));
 }
 
 std::string Text(const AmsNetId& id) {

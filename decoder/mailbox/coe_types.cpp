@@ -5,6 +5,7 @@
 #include <charconv>
 #include <iterator>
 
+#include "decoder/base/names.h"
 #include "decoder/base/text.h"
 
 namespace ecaudit::mailbox {
@@ -71,8 +72,7 @@ constexpr TypeRow kTypes[] = {
 };
 
 const TypeRow* Find(DataType type) {
-  const auto* row =
-      std::find_if(std::begin(kTypes), std::end(kTypes), [&](const TypeRow& r) { return r.type == type; });
+  const auto* row = std::ranges::find(kTypes, type, &TypeRow::type);
   return row != std::end(kTypes) ? row : nullptr;
 }
 
@@ -207,35 +207,13 @@ DataType DataTypeFromName(std::string_view name) {
 }
 
 bool IsUnsigned(DataType type) {
-  switch (type) {
-    case DataType::kUnsigned8:
-    case DataType::kUnsigned16:
-    case DataType::kUnsigned24:
-    case DataType::kUnsigned32:
-    case DataType::kUnsigned40:
-    case DataType::kUnsigned48:
-    case DataType::kUnsigned56:
-    case DataType::kUnsigned64:
-      return true;
-    default:
-      return false;
-  }
+  const TypeRow* row = Find(type);
+  return row != nullptr && row->name.starts_with("UNSIGNED");
 }
 
 bool IsSigned(DataType type) {
-  switch (type) {
-    case DataType::kInteger8:
-    case DataType::kInteger16:
-    case DataType::kInteger24:
-    case DataType::kInteger32:
-    case DataType::kInteger40:
-    case DataType::kInteger48:
-    case DataType::kInteger56:
-    case DataType::kInteger64:
-      return true;
-    default:
-      return false;
-  }
+  const TypeRow* row = Find(type);
+  return row != nullptr && row->name.starts_with("INTEGER");
 }
 
 bool IsBitString(DataType type) {
@@ -250,24 +228,12 @@ std::uint32_t BitLength(DataType type) {
 }
 
 std::string ObjectCodeName(std::uint8_t code) {
-  switch (code) {
-    case 0x00:
-      return "NULL";
-    case 0x02:
-      return "DOMAIN";
-    case 0x05:
-      return "DEFTYPE";
-    case 0x06:
-      return "DEFSTRUCT";
-    case 0x07:
-      return "VAR";
-    case 0x08:
-      return "ARRAY";
-    case 0x09:
-      return "RECORD";
-    default:
-      return "code " + std::to_string(code);
-  }
+  static constexpr Named<std::uint8_t> kNames[] = {
+      {0x00, "NULL"}, {0x02, "DOMAIN"}, {0x05, "DEFTYPE"}, {0x06, "DEFSTRUCT"},
+      {0x07, "VAR"},  {0x08, "ARRAY"},  {0x09, "RECORD"},
+  };
+  const std::string_view name = NameIn(kNames, code);
+  return !name.empty() ? std::string(name) : "code " + std::to_string(code);
 }
 
 std::string FormatValue(DataType type, ByteSpan bytes) {

@@ -27,29 +27,24 @@ bool IsSegment(SdoKind kind) {
 }  // namespace
 
 std::string_view Name(SdoService service) {
-  switch (service) {
-    case SdoService::kUnknown:
-      break;
-    case SdoService::kDownload:
-      return "download";
-    case SdoService::kUpload:
-      return "upload";
-  }
-  return "unknown";
+  static constexpr Named<SdoService> kNames[] = {
+      {SdoService::kUnknown, "unknown"},
+      {SdoService::kDownload, "download"},
+      {SdoService::kUpload, "upload"},
+  };
+  static_assert(NamesAll(kNames, SdoService::kUpload));
+  return NameIn(kNames, service);
 }
 
 std::string_view Name(SdoTransferKind kind) {
-  switch (kind) {
-    case SdoTransferKind::kUnknown:
-      break;
-    case SdoTransferKind::kExpedited:
-      return "expedited";
-    case SdoTransferKind::kNormal:
-      return "normal";
-    case SdoTransferKind::kSegmented:
-      return "segmented";
-  }
-  return "unknown";
+  static constexpr Named<SdoTransferKind> kNames[] = {
+      {SdoTransferKind::kUnknown, "unknown"},
+      {SdoTransferKind::kExpedited, "expedited"},
+      {SdoTransferKind::kNormal, "normal"},
+      {SdoTransferKind::kSegmented, "segmented"},
+  };
+  static_assert(NamesAll(kNames, SdoTransferKind::kSegmented));
+  return NameIn(kNames, kind);
 }
 
 std::string_view Name(SdoOutcome outcome) {
@@ -68,15 +63,13 @@ std::string_view Name(SdoOutcome outcome) {
 }
 
 std::string_view Describe(SdoUnexpected::Reason reason) {
-  switch (reason) {
-    case SdoUnexpected::Reason::kNoRequest:
-      return "no request is outstanding";
-    case SdoUnexpected::Reason::kWrongCommand:
-      return "its command does not answer the outstanding request";
-    case SdoUnexpected::Reason::kWrongObject:
-      return "it names another object than the outstanding request";
-  }
-  return "";
+  static constexpr Named<SdoUnexpected::Reason> kNames[] = {
+      {SdoUnexpected::Reason::kNoRequest, "no request is outstanding"},
+      {SdoUnexpected::Reason::kWrongCommand, "its command does not answer the outstanding request"},
+      {SdoUnexpected::Reason::kWrongObject, "it names another object than the outstanding request"},
+  };
+  static_assert(NamesAll(kNames, SdoUnexpected::Reason::kWrongObject));
+  return NameIn(kNames, reason);
 }
 
 void SdoTransferTracker::OnMessage(const MailboxMessage& message, EventSink& sink) {
