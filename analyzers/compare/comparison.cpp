@@ -195,13 +195,11 @@ class ChainComparison {
           continue;
         }
       }
-      Deviation failed;
-      failed.kind = Deviation::Kind::kFailed;
-      failed.phase = actual.phase;
-      failed.frame = actual.frame;
-      failed.expected.push_back(&expected);
-      failed.actual.push_back(&actual);
-      out.push_back(std::move(failed));
+      out.push_back({.kind = Deviation::Kind::kFailed,
+                     .phase = actual.phase,
+                     .expected = {&expected},
+                     .actual = {&actual},
+                     .frame = actual.frame});
     }
   }
 
@@ -238,13 +236,11 @@ class ChainComparison {
       }
       if (found == kNone) continue;
       Pair(e, found);
-      Deviation changed;
-      changed.kind = Deviation::Kind::kValue;
-      changed.phase = actual_[found]->phase;
-      changed.frame = actual_[found]->frame;
-      changed.expected.push_back(expected_[e]);
-      changed.actual.push_back(actual_[found]);
-      out.push_back(std::move(changed));
+      out.push_back({.kind = Deviation::Kind::kValue,
+                     .phase = actual_[found]->phase,
+                     .expected = {expected_[e]},
+                     .actual = {actual_[found]},
+                     .frame = actual_[found]->frame});
     }
   }
 
@@ -339,15 +335,13 @@ void CompareLimits(const Expectation& expectation, const ExpectedSlave& expected
     if (!limit) continue;
     without_time = without_time || !phase.duration;
     if (!phase.duration || *phase.duration <= *limit) continue;
-    Deviation slow;
-    slow.kind = Deviation::Kind::kSlow;
-    slow.slave = slave.id;
-    slow.phase = phase.phase;
-    slow.frame = phase.last;
-    slow.limit = *limit;
-    slow.took = *phase.duration;
-    slow.expected_slave = &expected;
-    comparison.deviations.push_back(std::move(slow));
+    comparison.deviations.push_back({.kind = Deviation::Kind::kSlow,
+                                     .slave = slave.id,
+                                     .phase = phase.phase,
+                                     .expected_slave = &expected,
+                                     .frame = phase.last,
+                                     .limit = *limit,
+                                     .took = *phase.duration});
   }
   if (without_time) {
     comparison.not_compared.push_back({slave.id, Reason::Of(ReasonCode::kNoStamps), Deviation::Kind::kSlow});
@@ -624,13 +618,11 @@ class WholeComparison {
       return;
     }
     other_layout_ = true;
-    Deviation missing;
-    missing.kind = Deviation::Kind::kSlaveMissing;
-    missing.expected_slave = &expected;
     // The scan shows which slaves are present; what this means for them comes after it.
     const StartupPhaseSummary* scan = result_.bus.startup.phase(StartupPhase::kScan);
-    missing.frame = scan != nullptr ? scan->first : end_;
-    out_.deviations.push_back(std::move(missing));
+    out_.deviations.push_back({.kind = Deviation::Kind::kSlaveMissing,
+                               .expected_slave = &expected,
+                               .frame = scan != nullptr ? scan->first : end_});
   }
 
   [[nodiscard]] const FrameRef& FirstFrame(const SlaveSummary& slave) const {
@@ -639,26 +631,22 @@ class WholeComparison {
 
   void Moved(const ExpectedSlave& expected, const SlaveSummary& slave) {
     other_layout_ = true;
-    Deviation moved;
-    moved.kind = Deviation::Kind::kSlaveMoved;
-    moved.slave = slave.id;
-    moved.expected_slave = &expected;
-    moved.position = slave.position;
-    moved.frame = FirstFrame(slave);
-    out_.deviations.push_back(std::move(moved));
+    out_.deviations.push_back({.kind = Deviation::Kind::kSlaveMoved,
+                               .slave = slave.id,
+                               .expected_slave = &expected,
+                               .frame = FirstFrame(slave),
+                               .position = slave.position});
   }
 
   void CompareRevision(const ExpectedSlave& expected, const SlaveSummary& slave) {
     const std::optional<std::uint32_t>& revision = slave.identity.revision;
     if (!expected.revision || !revision || *expected.revision == *revision) return;
-    Deviation other;
-    other.kind = Deviation::Kind::kRevision;
-    other.slave = slave.id;
-    other.expected_slave = &expected;
-    other.revision = *revision;
     const StartupPhaseSummary* eeprom = slave.startup.phase(StartupPhase::kEeprom);
-    other.frame = eeprom != nullptr ? eeprom->first : FirstFrame(slave);
-    out_.deviations.push_back(std::move(other));
+    out_.deviations.push_back({.kind = Deviation::Kind::kRevision,
+                               .slave = slave.id,
+                               .expected_slave = &expected,
+                               .frame = eeprom != nullptr ? eeprom->first : FirstFrame(slave),
+                               .revision = *revision});
   }
 
   void CompareSlave(const ExpectedSlave& expected, const SlaveSummary& slave) {
@@ -685,11 +673,8 @@ class WholeComparison {
   }
 
   void Unexpected(const SlaveSummary& slave) {
-    Deviation extra;
-    extra.kind = Deviation::Kind::kSlaveUnexpected;
-    extra.slave = slave.id;
-    extra.frame = FirstFrame(slave);
-    out_.deviations.push_back(std::move(extra));
+    out_.deviations.push_back(
+        {.kind = Deviation::Kind::kSlaveUnexpected, .slave = slave.id, .frame = FirstFrame(slave)});
   }
 
   const Expectation& expectation_;

@@ -35,9 +35,9 @@ struct Deviation {
   SlaveId slave = kNoSlave;  ///< kNoSlave: the bus
   StartupPhase phase = StartupPhase::kScan;
   /// Missing; value, order, failed: the one or ones it is about. A request that failed, and others after it.
-  std::vector<const ExpectedStep*> expected;
-  std::vector<const StartupStep*> actual;   ///< unexpected, value, failed; order: where they happened
-  std::vector<const ExpectedStep*> behind;  ///< failed: steps that a start-up did not come to for that
+  std::vector<const ExpectedStep*> expected{};
+  std::vector<const StartupStep*> actual{};   ///< unexpected, value, failed; order: where they happened
+  std::vector<const ExpectedStep*> behind{};  ///< failed: steps that a start-up did not come to for that
   const ExpectedSlave* expected_slave = nullptr;
   /// Missing: the step that came where these should have come, usually a state request; null at the end.
   const StartupStep* next = nullptr;
@@ -45,7 +45,7 @@ struct Deviation {
   /// Order: the expected step after which (order) it should have come; null: it should have been first.
   const ExpectedStep* after = nullptr;
   bool to_the_end = false;     ///< missing: nothing that is expected later happened
-  FrameRef frame;              ///< to cite
+  FrameRef frame{};            ///< to cite
   TimeNs limit = 0, took = 0;  ///< slow
   SlavePos position = 0;       ///< slave moved: where it stands
   std::uint32_t revision = 0;  ///< revision: of the device that stands there
