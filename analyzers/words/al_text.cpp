@@ -1,5 +1,7 @@
 #include "analyzers/words/al_text.h"
 
+#include <algorithm>
+
 #include "decoder/base/text.h"
 #include "decoder/device/profile_registry.h"
 #include "decoder/esc/al.h"
@@ -33,6 +35,18 @@ bool FollowsStandard(const device::DeviceDescription& family) {
 
 void SetManual(Finding& finding, const device::DeviceDescription& family) {
   if (!FollowsStandard(family)) finding.Set("manual", arg::Text(family.title));
+}
+
+void SetKnownCause(Finding& finding, const device::DeviceDescription& family, std::optional<esc::AlWord> before,
+                   esc::AlWord status, std::uint16_t code) {
+  const auto known = std::ranges::find_if(family.al.spontaneous, [&](const device::SpontaneousAlChange& row) {
+    return (!before || static_cast<std::uint8_t>(row.from) == before->state()) &&
+           static_cast<std::uint8_t>(row.to) == status.state() && std::ranges::find(row.codes, code) != row.codes.end();
+  });
+  if (known == family.al.spontaneous.end()) return;
+  finding.Set("known_cause", arg::Text(known->cause));
+  SetManual(finding, family);
+  finding.reference = ReferenceTo(known->source);
 }
 
 std::uint64_t RequestKey(const model::AlRequestRecord& request) {

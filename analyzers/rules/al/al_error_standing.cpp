@@ -430,16 +430,7 @@ class AlErrorStanding final : public Rule {
     if (const device::AlStatusCode* entry = family.al_status_code(*s.code); entry && !entry->source.empty()) {
       finding.reference = ReferenceTo(entry->source);
     }
-    for (const device::SpontaneousAlChange& known : family.al.spontaneous) {
-      if (static_cast<std::uint8_t>(known.to) != s.status.state() ||
-          std::ranges::find(known.codes, *s.code) == known.codes.end()) {
-        continue;
-      }
-      finding.Set("known_cause", arg::Text(known.cause));
-      SetManual(finding, family);
-      finding.reference = ReferenceTo(known.source);
-      break;
-    }
+    SetKnownCause(finding, family, std::nullopt, s.status, *s.code);
   }
 
   void ReportBus() {

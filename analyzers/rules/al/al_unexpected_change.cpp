@@ -456,17 +456,7 @@ class AlUnexpectedChange final : public Rule {
   static void SetCode(Finding& finding, const model::AlChangedByItself& e, std::uint16_t code,
                       const device::DeviceDescription& family) {
     finding.Set("al_status_code", CodeValue(code, family));
-    for (const device::SpontaneousAlChange& known : family.al.spontaneous) {
-      if (static_cast<std::uint8_t>(known.from) != e.before.state() ||
-          static_cast<std::uint8_t>(known.to) != e.status.state() ||
-          std::ranges::find(known.codes, code) == known.codes.end()) {
-        continue;
-      }
-      finding.Set("known_cause", arg::Text(known.cause));
-      SetManual(finding, family);
-      finding.reference = ReferenceTo(known.source);
-      break;
-    }
+    SetKnownCause(finding, family, e.before, e.status, code);
   }
 
   static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 40U;
