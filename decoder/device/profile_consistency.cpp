@@ -49,6 +49,24 @@ std::string Row(std::string_view list, std::size_t index) {
   return std::string(list) + "[" + std::to_string(index) + "]";
 }
 
+/// First and last of "4-7", or twice 4 of "4".
+std::pair<int, int> BitsIn(std::string_view bits) {
+  const std::size_t dash = bits.find('-');
+  const auto number = [](std::string_view digits) {
+    int bit = 0;
+    std::from_chars(digits.data(), digits.data() + digits.size(), bit);
+    return bit;
+  };
+  const int first = number(bits.substr(0, dash));
+  return {first, dash == std::string_view::npos ? first : number(bits.substr(dash + 1))};
+}
+
+/// Calls `check(row, path)` for each row of a list.
+template <typename Check>
+void ForEachRow(JsonValue list, std::string_view path, Check&& check) {
+  for (std::size_t i = 0; i < list.size(); ++i) check(list.element(i), Row(path, i));
+}
+
 std::string Pair(const esc::AlState from, const esc::AlState to) {
   return std::string(esc::StateName(from)) + " to " + std::string(esc::StateName(to));
 }
@@ -137,7 +155,7 @@ class Consistency {
       for (const JsonValue row : root_.member("documents").Elements()) documents_.insert(TextOf(row.member("key")));
     }
     if (value.is_array()) {
-      for (std::size_t i = 0; i < value.size(); ++i) CheckCitations(value.element(i), Row(path, i));
+      ForEachRow(value, path, [this](JsonValue row, const std::string& at) { CheckCitations(row, at); });
     } else if (value.is_object()) {
       for (const auto& [key, member] : value.Members()) {
         const std::string at = path.empty() ? std::string(key) : path + "." + std::string(key);
@@ -168,9 +186,7 @@ class Consistency {
     const JsonValue rows = At(root_, "al.transitions");
     std::set<std::uint16_t> codes;
     for (const AlStatusCode& code : profile_->al.status_codes) codes.insert(code.code);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      const JsonValue row = rows.element(i);
-      const std::string path = Row("al.transitions", i);
+    ForEachRow(rows, "al.transitions", [&](JsonValue row, const std::string& path) {
       const auto allowed = row.member("allowed").boolean();
       const JsonValue refusals = row.member("refusal_codes");
       if (allowed == false && row.member("to").is_text("INIT")) {
@@ -181,14 +197,13 @@ class Consistency {
       if (allowed == false && row.member("performed").boolean() == false) {
         report_(path, "what is refused is not performed anyway: \"performed\" is for what is allowed");
       }
-      for (std::size_t c = 0; c < refusals.size(); ++c) {
-        const auto code = NumberOf(refusals.element(c));
+      ForEachRow(refusals, path + ".refusal_codes", [&](JsonValue refusal, const std::string& at) {
+        const auto code = NumberOf(refusal);
         if (code && !codes.contains(static_cast<std::uint16_t>(*code))) {
-          report_(Row(path + ".refusal_codes", c),
-                  Hex(static_cast<std::uint64_t>(*code)) + " is in no row of \"status_codes\"");
+          report_(at, Hex(static_cast<std::uint64_t>(*code)) + " is in no row of \"status_codes\"");
         }
-      }
-    }
+      });
+    });
     // Rows that could not be read have been reported.
     if (profile_->al.transitions.size() < rows.size()) return;
     if (rows.size() == 0) return;
@@ -349,10 +364,8 @@ class Consistency {
   }
 
   void CheckFaultObjects() {
-    const JsonValue rows = At(root_, "drive.fault_objects");
-    for (std::size_t i = 0; i < rows.size() && profile_->drive; ++i) {
-      const JsonValue row = rows.element(i);
-      const std::string path = Row("drive.fault_objects", i);
+    if (!profile_->drive) return;
+    ForEachRow(At(root_, "drive.fault_objects"), "drive.fault_objects", [&](JsonValue row, const std::string& path) {
       const std::int64_t index = NumberOr(row.member("index"), 0);
       const std::int64_t bits = NumberOr(row.member("bits"), 0);
       const std::string prefix = TextOf(row.member("prefix"));
@@ -362,7 +375,7 @@ class Consistency {
         report_(path, "no \"id\" of \"emergency\" is \"" + Printable(prefix) + "\" and a number");
       }
       CheckFaultType(path, index, NumberOr(row.member("sub"), 0), bits);
-    }
+    });
   }
 
   /// A family without a list of its own may use the list of a relative.
@@ -386,17 +399,13 @@ class Consistency {
   }
 
   void CheckPdos() {
-    const JsonValue fixed = At(root_, "pdo.fixed");
-    for (std::size_t i = 0; i < fixed.size(); ++i) {
-      const JsonValue pdo = fixed.element(i);
-      const std::string path = Row("pdo.fixed", i);
+    ForEachRow(At(root_, "pdo.fixed"), "pdo.fixed", [&](JsonValue pdo, const std::string& path) {
       CheckPdoIndex(pdo, path);
       std::int64_t bits = 0;
-      const JsonValue entries = pdo.member("entries");
-      for (std::size_t e = 0; e < entries.size(); ++e) {
-        bits += NumberOr(entries.element(e).member("bits"), 0);
-        CheckEntry(entries.element(e), Row(path + ".entries", e));
-      }
+      ForEachRow(pdo.member("entries"), path + ".entries", [&](JsonValue entry, const std::string& at) {
+        bits += NumberOr(entry.member("bits"), 0);
+        CheckEntry(entry, at);
+      });
       if (bits % 8 != 0) {
         report_(path, "has " + std::to_string(bits) + " bits, which is no whole number of bytes: an entry of padding " +
                           "(index 0) is missing, or a length is wrong");
@@ -407,11 +416,11 @@ class Consistency {
           !profile_->pdo.IsAssignable(*direction, static_cast<std::uint16_t>(*index))) {
         report_(path, "is not in \"selectable\", which claims to be complete");
       }
-    }
-    const JsonValue selectable = At(root_, "pdo.selectable");
-    for (std::size_t i = 0; i < selectable.size(); ++i) CheckPdoIndex(selectable.element(i), Row("pdo.selectable", i));
-    const JsonValue cyclic = At(root_, "pdo.cyclic");
-    for (std::size_t i = 0; i < cyclic.size(); ++i) CheckEntry(cyclic.element(i), Row("pdo.cyclic", i));
+    });
+    ForEachRow(At(root_, "pdo.selectable"), "pdo.selectable",
+               [this](JsonValue row, const std::string& path) { CheckPdoIndex(row, path); });
+    ForEachRow(At(root_, "pdo.cyclic"), "pdo.cyclic",
+               [this](JsonValue row, const std::string& path) { CheckEntry(row, path); });
   }
 
   static std::optional<PdoDirection> DirectionOf(JsonValue row) {
@@ -510,12 +519,11 @@ class Consistency {
     if (base && least && *base > 0 && *least % *base != 0) {
       report_("sync.cycle_min_ns", "is no multiple of \"cycle_base_ns\"");
     }
-    const JsonValue jitter = sync.member("jitter");
-    for (std::size_t i = 0; i < jitter.size(); ++i) {
-      const auto from = NumberOf(jitter.element(i).member("cycle_min_ns"));
-      const auto to = NumberOf(jitter.element(i).member("cycle_max_ns"));
-      if (from && to && *from > *to) report_(Row("sync.jitter", i), "\"cycle_max_ns\" lies below \"cycle_min_ns\"");
-    }
+    ForEachRow(sync.member("jitter"), "sync.jitter", [this](JsonValue row, const std::string& path) {
+      const auto from = NumberOf(row.member("cycle_min_ns"));
+      const auto to = NumberOf(row.member("cycle_max_ns"));
+      if (from && to && *from > *to) report_(path, "\"cycle_max_ns\" lies below \"cycle_min_ns\"");
+    });
     if (!profile_->emergency || At(root_, "emergency.codes").size() == 0) return;
     for (const std::string_view key : {"lost_faults", "lost_warnings"}) {
       const JsonValue ids = sync.member(key);
@@ -540,14 +548,8 @@ class Consistency {
         if (word == "control" && rows.element(i).member("reserved").boolean() != true) known |= mask;
         const std::string bits = TextOf(rows.element(i).member("bits"));
         if (bits.empty()) continue;
-        const std::size_t dash = bits.find('-');
-        const auto number = [](std::string_view digits) {
-          int bit = 0;
-          std::from_chars(digits.data(), digits.data() + digits.size(), bit);
-          return std::min(bit, 31);
-        };
-        const int first = number(std::string_view(bits).substr(0, dash));
-        const int last = dash == std::string::npos ? first : number(std::string_view(bits).substr(dash + 1));
+        const auto [from, to] = BitsIn(bits);
+        const int first = std::min(from, 31), last = std::min(to, 31);
         const std::int64_t wanted = ((std::int64_t{2} << last) - 1) & ~((std::int64_t{1} << first) - 1);
         if (mask != wanted) {
           report_(path, "\"mask\" is " + Hex(static_cast<std::uint64_t>(mask)) + ", but bits " + Printable(bits) +
@@ -570,13 +572,8 @@ class Consistency {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const auto value = NumberOf(rows.element(i).member("value"));
       const std::string bits = TextOf(rows.element(i).member("bits"));
-      const std::size_t dash = bits.find('-');
       if (!value || bits.empty()) continue;
-      int first = 0;
-      int last = 0;
-      std::from_chars(bits.data(), bits.data() + bits.size(), first);
-      last = first;
-      if (dash != std::string::npos) std::from_chars(bits.data() + dash + 1, bits.data() + bits.size(), last);
+      const auto [first, last] = BitsIn(bits);
       if (last >= first && last - first < 16 && *value >= std::int64_t{1} << (last - first + 1)) {
         report_(Row(section, i), std::to_string(*value) + " does not fit into bits " + Printable(bits));
       }
