@@ -106,6 +106,20 @@ std::string OutcomeNote(std::string_view outcome, std::uint16_t mailbox_error) {
   return "";
 }
 
+/// Of a transfer that did not end with an error.
+template <typename Transfer>
+void AddOutcome(EventRow& row, const Transfer& event) {
+  const std::string note = OutcomeNote(OutcomeName(event.outcome), event.mailbox_error);
+  if (note.empty()) return;
+  row.text += ": " + note;
+  row.style = Style::kWarning;
+}
+
+/// "0x06010002 attempt to write a read-only object"
+std::string CodeText(std::uint32_t code, std::string_view meaning) {
+  return Hex(code, 8) + (meaning.empty() ? "" : " " + std::string(meaning));
+}
+
 std::string ShortHex(ByteSpan bytes) {
   return HexBytes(Slice(bytes, 0, kShownMessageBytes)) + (bytes.size() > kShownMessageBytes ? "..." : "");
 }
@@ -264,13 +278,11 @@ void WriteSdoText(EventRow& row, const mailbox::SdoTransfer& event, const SdoObj
     if (event.size > 8) row.Note(Count(event.size, "byte"));
   }
   if (event.outcome == mailbox::SdoOutcome::kAborted) {
-    const std::string_view abort_text = AbortTextOf(event);
     row.text += std::string(": aborted by the ") + (event.aborted_by == mailbox::Direction::kOut ? "master" : "slave") +
-                ", " + Hex(event.abort_code, 8) + (abort_text.empty() ? "" : " " + std::string(abort_text));
+                ", " + CodeText(event.abort_code, AbortTextOf(event));
     row.style = Style::kError;
-  } else if (const std::string note = OutcomeNote(OutcomeName(event.outcome), event.mailbox_error); !note.empty()) {
-    row.text += ": " + note;
-    row.style = Style::kWarning;
+  } else {
+    AddOutcome(row, event);
   }
   if (event.duration) row.text += ", " + Duration(*event.duration);
 }
@@ -532,11 +544,10 @@ void EventWriter::On(const mailbox::SdoInfo& event) {
   row.Frame("response_frame", event.response);
   row.Milliseconds("duration_ms", event.duration);
   if (failed) {
-    row.text += ": error " + Hex(event.abort_code, 8) + (abort_text.empty() ? "" : " " + std::string(abort_text));
+    row.text += ": error " + CodeText(event.abort_code, abort_text);
     row.style = Style::kError;
-  } else if (const std::string note = OutcomeNote(OutcomeName(event.outcome), event.mailbox_error); !note.empty()) {
-    row.text += ": " + note;
-    row.style = Style::kWarning;
+  } else {
+    AddOutcome(row, event);
   }
   if (event.fragment_error) row.Note("fragments are missing");
   if (event.malformed) row.Note("fixed fields are missing from the answer");
@@ -687,12 +698,11 @@ void EventWriter::On(const mailbox::FoeTransfer& event) {
   if (event.duration) row.text += ", " + Duration(*event.duration);
   if (failed) {
     row.text += std::string(": error of the ") + (event.error_by == mailbox::Direction::kOut ? "master " : "slave ") +
-                Hex(event.error_code, 8) + (meaning.empty() ? "" : " " + std::string(meaning)) +
+                CodeText(event.error_code, meaning) +
                 (event.error_text.empty() ? "" : " \"" + Printable(event.error_text) + "\"");
     row.style = Style::kError;
-  } else if (const std::string note = OutcomeNote(OutcomeName(event.outcome), event.mailbox_error); !note.empty()) {
-    row.text += ": " + note;
-    row.style = Style::kWarning;
+  } else {
+    AddOutcome(row, event);
   }
   if (event.packet_errors != 0) {
     row.Note(Count(event.packet_errors, "packet number") + " out of order");
