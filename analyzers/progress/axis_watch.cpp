@@ -71,7 +71,7 @@ void AxisWatch::NoteReservedOfMode(std::uint16_t word, const FrameRef& frame) {
   }
 }
 
-void AxisWatch::Side(const SlaveSide& slave) {
+inline void AxisWatch::Side(const SlaveSide& slave) {
   if (now_.side() == slave) return;
   words_changed_ = way_changed_ = true;
   now_.side() = slave;
@@ -141,15 +141,16 @@ bool AxisWatch::OnInputs(const AxisValues& values, std::uint64_t part, const Fra
   // What a word or a mode means depends on the others.
   const bool all = look == Look::kAll || words_changed_;
   if (all || values.changed()) {
+    const RoleSet news = all ? values.mapped() : values.news();
     const std::optional<std::uint16_t> before = now_.control;
-    if (values.has(Role::kControl) && (all || values.changed(Role::kControl))) {
+    const bool control = news.has(Role::kControl);
+    if (control) {
       now_.control_mapped = true;
       TakeControl(*values[Role::kControl], frame);
     }
     if (terminal_ && !now_.mode_assumed) AssumeMode(values);
     if (all || terminal_ || values.changed(Role::kMode) || values.changed(Role::kModeShown)) TakeModes(values, frame);
-    if (now_.control && now_.control != before) NoteReservedOfMode(*now_.control, frame);
-    const RoleSet news = all ? values.mapped() : values.news();
+    if (control && now_.control != before) NoteReservedOfMode(*now_.control, frame);
     for (std::size_t i = 0; i < kTargets.size(); ++i) {
       if (!news.has(kTargets[i])) continue;
       const std::optional<std::int64_t> target = values[kTargets[i]];
@@ -194,16 +195,16 @@ void AxisWatch::FindZeroLimit() {
   const bool all = look == Look::kAll || words_changed_;
   if (values.has(Role::kStatus)) status_frame_ = frame.number;
   if (all || values.changed()) {
-    if (values.has(Role::kStatus) && (all || values.changed(Role::kStatus))) {
+    const RoleSet news = all ? values.mapped() : values.news();
+    if (news.has(Role::kStatus)) {
       status_mapped_ = true;
       TakeStatus(*values[Role::kStatus], frame);
     }
     if (all || values.changed(Role::kMode) || values.changed(Role::kModeShown)) TakeModes(values, frame);
-    if (const auto inputs = values[Role::kDigitalInputs]) {
-      now_.switches = static_cast<std::uint16_t>(*inputs & (kNegativeSwitch | kPositiveSwitch));
+    if (news.has(Role::kDigitalInputs)) {
+      now_.switches = static_cast<std::uint16_t>(*values[Role::kDigitalInputs] & (kNegativeSwitch | kPositiveSwitch));
     }
-    if (const auto code = values[Role::kErrorCode]) error_code_ = static_cast<std::uint16_t>(*code);
-    const RoleSet news = all ? values.mapped() : values.news();
+    if (news.has(Role::kErrorCode)) error_code_ = static_cast<std::uint16_t>(*values[Role::kErrorCode]);
     for (std::size_t i = 0; i < kActuals.size(); ++i) {
       if (news.has(kActuals[i])) now_.actual[i] = values[kActuals[i]];
     }

@@ -104,8 +104,7 @@ void CommandCheck::FollowSetpoints(const AxisView& now) {
 void CommandCheck::FollowPosition(const AxisView& now) {
   const auto& position = now.Actual(Quantity::kPosition);
   if (!position || position == positions_[0]) return;
-  std::copy_backward(positions_.begin(), positions_.end() - 1, positions_.end());
-  positions_[0] = position;
+  positions_ = {position, positions_[0], positions_[1]};
 }
 
 void CommandCheck::GoesOn(const AxisView& now) {

@@ -63,8 +63,7 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
   } else if (now.state && mode) {
     returns_ = {};
   }
-  std::copy_backward(actuals_.begin(), actuals_.end() - 1, actuals_.end());
-  actuals_[0] = actual;
+  actuals_ = {actual, actuals_[0], actuals_[1]};
 }
 
 void SetpointCheck::AtEnable(const AxisView& now, AxisRecords& out) {
