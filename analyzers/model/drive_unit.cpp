@@ -59,11 +59,12 @@ template <bool kWhole>
   if (!part.status) return true;
   if (!status_.mapped || !status_.word || !al_states_.ShowsStatus()) return false;
   const auto word = Read<std::uint16_t, kWhole>(cycle.data, *part.status);
-  if (word == status_.word) {
+  if (!word) return false;
+  if (*word == *status_.word) {
     status_.Repeat(cycle.frame());
     return true;
   }
-  if (!word || !status_.Confirms(*word) || (part.mode_shown && !modes_.shown_is_of_this_run())) return false;
+  if (!status_.Confirms(*word) || (part.mode_shown && !modes_.shown_is_of_this_run())) return false;
   status_.Confirm(*word, cycle.frame());
   after_gap_ = false;
   return true;
