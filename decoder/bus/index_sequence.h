@@ -22,8 +22,9 @@ class IndexSequence {
   enum class Step : std::uint8_t {
     kUnknown,  ///< the indices do not show
     kNext,     ///< follows the frame before, or is a whole number of rounds further: see span()
-    kFew,      ///< a few numbers further than the next one, of a counter that is young, or that this sort of frame may not share
-    kBroken,   ///< frames are missing between this and the one before
+    kFew,  ///< a few numbers further than the next one, of a counter that is young, or that this sort of frame may not
+           ///< share
+    kBroken,  ///< frames are missing between this and the one before
   };
 
   /// The next frame. @param repeats it has the key of the frame before, which has not come back: a master may repeat it
