@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <bitset>
 #include <iterator>
 #include <set>
@@ -422,7 +423,7 @@ class SdoAbort final : public Rule {
   static void AddEntryOrder(Finding& finding, std::uint32_t value, const device::DeviceDescription& family) {
     const auto written = process::MappingEntry::FromValue(value);
     if (family.object(written.index, written.subindex) != nullptr) return;
-    const std::uint32_t halves = value << 16U | value >> 16U;
+    const std::uint32_t halves = std::rotl(value, 16);
     const std::uint32_t reversed = std::uint32_t{Swapped(static_cast<std::uint16_t>(value))} << 16U |
                                    Swapped(static_cast<std::uint16_t>(value >> 16U));
     for (const std::uint32_t right : {reversed, halves}) {
