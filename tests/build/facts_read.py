@@ -18,7 +18,7 @@ HEADERS = ["al_description", "device_description", "documented_facts", "drive_pr
            "register_bits", "register_right", "sync_description"]
 FOLDERS = ["analyzers", "cli", "decoder"]
 # They copy, check and list everything.
-NO_READERS = re.compile(r"decoder/device/(?:profile_(?!registry)|esi_|eni_|json_)|cli/commands/profile")
+NO_READERS = re.compile(r"decoder/device/(?:profile_(?!registry)|esi_|eni_|json_|xml_)|cli/commands/profile")
 # The root, and what its holders call it.
 ROOT = "DeviceDescription"
 ROOT_NAMES = {"DeviceDescription", "profile", "family", "families"}
