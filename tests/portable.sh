@@ -154,7 +154,7 @@ test_windows() {
   "$wine" wineboot </dev/null >/dev/null 2>&1
   timed windows "$wine" "$top/ecaudit.exe" check samples/captures/clean-startup.pcapng
   x86_64-w64-mingw32-g++-posix -static -municode -o "$root/silent_pipe.exe" tests/windows/silent_pipe.cpp
-  ECAUDIT=$PWD/tests/windows/ecaudit ECAUDIT_EXE=$top/ecaudit.exe ECAUDIT_SYSTEM=windows ECAUDIT_SILENT_PIPE=$root/silent_pipe.exe \
+  ECAUDIT=$PWD/tests/windows/run_in_wine.sh ECAUDIT_EXE=$top/ecaudit.exe ECAUDIT_SYSTEM=windows ECAUDIT_SILENT_PIPE=$root/silent_pipe.exe \
     run_suites windows "${suites[@]}" "${windows_suites[@]}"
 }
 

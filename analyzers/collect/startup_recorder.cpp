@@ -131,7 +131,7 @@ void StartupRecorder::Add(Record& record, StartupStep step, ByteSpan data) {
     record.dropped_bytes += data.size();
   }
   ++all_steps_;
-  // By half, not to the double: with thousands of slaves most of the room would stay empty.
+  // It grows by half. Doubled, it would stay mostly empty, which counts with thousands of slaves.
   if (const std::size_t kept = record.steps.size(); kept == record.steps.capacity()) {
     record.steps.reserve(kept + kept / 2 + 1);
   }

@@ -285,8 +285,15 @@ bool ModuleListRefused(const Finding&, const Finding& cause) {
 
 /// Which of both is one of the bus: none, the cause, the effect, both. Causes of the bus fold what happened now and
 /// then: a part of it has to lie between the last look before the effect and the effect, unless it goes on until it
-/// ends.
+/// ends (kGoesOn, kBothGoesOn).
 enum class Bus : std::uint8_t { kNo, kYes, kGoesOn, kEffect, kBoth, kBothGoesOn };
+
+constexpr bool EffectIsOfBus(Bus bus) {
+  return bus == Bus::kEffect || bus == Bus::kBoth || bus == Bus::kBothGoesOn;
+}
+constexpr bool HappensNowAndThen(Bus bus) {
+  return bus == Bus::kYes || bus == Bus::kBoth;
+}
 
 bool TouchesLookBefore(const RuleContext& context, const Moment& effect, const Finding& cause) {
   // A message is no look: what came soon before it counts.
@@ -588,16 +595,14 @@ void JoinConsequences(RuleContext& context) {
     for (FindingIndex e = 0; e < findings.size(); ++e) {
       Finding& effect = findings[e];
       if (effect.rule != law.effect || effect.caused_by != kNoFinding) continue;
-      const bool of_bus = law.of_bus == Bus::kEffect || law.of_bus == Bus::kBoth || law.of_bus == Bus::kBothGoesOn;
-      if ((effect.slave == kNoSlave) != of_bus) continue;
+      if ((effect.slave == kNoSlave) != EffectIsOfBus(law.of_bus)) continue;
       if (law.holds != nullptr && !law.holds(context, effect)) continue;
       const Moment moment = MomentOf(findings, e);
       FindingIndex best = kNoFinding;
       for (FindingIndex c = 0; c < findings.size(); ++c) {
         const Finding& cause = findings[c];
         if (cause.rule != law.cause || !IsWhose(law.of_bus, effect, cause)) continue;
-        const bool of_bus_cause = law.of_bus == Bus::kYes || law.of_bus == Bus::kBoth;
-        if (of_bus_cause && !TouchesLookBefore(context, moment, cause)) continue;
+        if (HappensNowAndThen(law.of_bus) && !TouchesLookBefore(context, moment, cause)) continue;
         const bool weaker = cause.severity == Severity::kWarning && IsError(effect) && !law.by_warning;
         if (cause.severity == Severity::kInfo || weaker) continue;
         // What began after the effect did not bring it.

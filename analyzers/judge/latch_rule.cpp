@@ -1,6 +1,7 @@
 #include "analyzers/judge/latch_rule.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
@@ -47,6 +48,7 @@ constexpr WhyRow kReasons[] = {
 
 Reason ReasonOf(Why why) {
   const auto* row = std::ranges::find(kReasons, why, &WhyRow::why);
+  if (row == std::end(kReasons)) return Reason::Of(ReasonCode::kNotInCapture, what::kHistory);
   return row->what == nullptr ? Reason::Of(row->code) : Reason::Of(row->code, *row->what);
 }
 

@@ -8,6 +8,7 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_events.h"
+#include "analyzers/sync/sync_type.h"
 #include "analyzers/sync/time_base.h"
 #include "analyzers/words/al_text.h"
 #include "analyzers/words/what.h"
@@ -16,6 +17,8 @@ namespace ecaudit {
 
 namespace what {
 inline constexpr Word kPause{"process-data-pause", "the pause of the process data"};
+inline constexpr Word kSync0{"sync0", "SYNC0"};
+inline constexpr Word kSync1{"sync1", "SYNC1"};
 inline constexpr Word kActivation{"sync-activation", "the activation of SYNC0 (0x0981)"};
 }  // namespace what
 
@@ -24,6 +27,11 @@ inline constexpr Word kActivation{"sync-activation", "the activation of SYNC0 (0
 [[nodiscard]] const Word& WordOf(sync::TimeBase base);
 /// "the capture ends": how a pause ends after which no outputs come; null if outputs come again.
 [[nodiscard]] const Word* WordOf(sync::OutputGap::End end);
+
+/// The pulse that outputs or inputs of this type wait for; SYNC0 for types that need none.
+[[nodiscard]] inline const Word& PulseOf(sync::SyncType type) {
+  return type == sync::SyncType::kSync1 ? what::kSync1 : what::kSync0;
+}
 
 /// The cycle of the drive itself (FBUS.SAMPLEPERIOD, PTBASE), ns, if it is known.
 [[nodiscard]] std::optional<TimeNs> DriveCycle(const model::SlaveModel& slave);

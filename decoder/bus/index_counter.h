@@ -57,8 +57,9 @@ class IndexCounter {
   /// Steps that the judgement rests on, at most 32, and how many of them may be odd.
   static constexpr unsigned kEnough = 8;
   static constexpr unsigned kMost = 32;
-  static constexpr unsigned kFirst = 3;
   static constexpr unsigned kOneOddIn = 8;
+  /// Steps that only make it likely.
+  static constexpr unsigned kFirst = 3;
   /// So often the same distance has to be seen before it is that of the counter.
   static constexpr std::uint8_t kStrideSeen = 3;
   /// So often it has restarted at the same place before another place is odd.

@@ -52,9 +52,9 @@ struct PairingStatistics {
   bool one_port = false;                  ///< of a redundant line was captured: what it sends comes back at the other
   bool no_answers = false;                ///< frames are repeated after a time-out, and nothing ever came back
 
-  /// Of frames whose return is unknown.
-  /// Frames whose return is undecided for this reason.
+  /// Frames whose return is unknown for this reason.
   [[nodiscard]] std::uint64_t of(Undecided reason) const { return undecided[static_cast<std::size_t>(reason)]; }
+  /// Of frames whose return is unknown.
   void Count(Undecided reason) { ++undecided[static_cast<std::size_t>(reason)]; }
   /// The capture misses frames before this one.
   void CountGap(const FrameRef& after) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "analyzers/judge/refusal/checks.h"
+#include "analyzers/judge/sync_text.h"
 #include "analyzers/sync/sync_type.h"
 #include "decoder/esc/al.h"
 
@@ -8,9 +9,6 @@ namespace ecaudit::refusal {
 namespace {
 
 constexpr Word kSyncTypes{"sync-types", "the synchronisation type (1C32h:1) against 0x0981"};
-
-constexpr Word kSync0{"sync0", "SYNC0"};
-constexpr Word kSync1{"sync1", "SYNC1"};
 
 /// As last read or written; null: the capture does not show it, or it is none that has a meaning here.
 const model::ObjectValue* SyncTypeIn(const Case& of, std::uint16_t object) {
@@ -42,8 +40,7 @@ void CheckSyncTypes(const Case& of, Outcome& found) {
     // Slaves change it themselves when SYNC0 is activated: what was read before shows nothing of the time after.
     if (!of.Applied(std::max(changed, value->since)) || (!value->written && value->since < changed)) continue;
     const auto type = static_cast<sync::SyncType>(value->raw);
-    const bool by_sync1 = type == sync::SyncType::kSync1;
-    const bool active = by_sync1 ? of.generates_sync1() : of.sync0().value_or(false);
+    const bool active = type == sync::SyncType::kSync1 ? of.generates_sync1() : of.sync0().value_or(false);
     // Synchronous to the outputs (0x22) fits both.
     if (sync::NeedsPulses(type) == active || type == sync::SyncType::kSmEventOfInputs) {
       fits = true;
@@ -51,7 +48,7 @@ void CheckSyncTypes(const Case& of, Outcome& found) {
     }
     if (!of.Counts(std::max(changed, WrittenIn(*value)))) return;
     Arguments arguments = Named(object, *value);
-    arguments.Set("active", arg::Flag(active)).Set("pulse", arg::Of(by_sync1 ? kSync1 : kSync0));
+    arguments.Set("active", arg::Flag(active)).Set("pulse", arg::Of(PulseOf(type)));
     if (unseen) {
       arguments.Set("since", arg::Frame(of.state.set_up_since));
     } else {

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cstdint>
+#include <set>
 #include <utility>
 
 #include "analyzers/judge/drive_knowledge.h"
@@ -26,9 +28,9 @@ status word is 0: the drive does not act on the control word.])",
     .next =
         R"([{?edge}Send bit {edge} of the control word as 0, then as 1 ({word_without}, then
 {word_with}).][{!edge}[{?no_voltage}Check the supply, hardware enable and safe torque off.][{?in_fault}The cause of
-the fault may still be present: read the fault from the drive (1003h).][{?local}Give the control to the fieldbus: close the commissioning software, and check
-the command source.][{!no_voltage}[{!in_fault}[{!local}Check hardware enable, safe torque off and whether the fieldbus
-may control the drive.]]]])",
+the fault may still be present: read the fault from the drive (1003h).][{?local}Give the control to the fieldbus: close
+the commissioning software, and check the command source.][{!no_voltage}[{!in_fault}[{!local}Check hardware enable, safe
+torque off and whether the fieldbus may control the drive.]]]])",
     .identity = "transition"};
 constexpr const FindingKind* kKinds[] = {&kNoEffect};
 
@@ -63,6 +65,7 @@ Each status word that arrives after the limit and still shows the old state.
 
 - A command that is withdrawn before is not evaluated, nor the time in which the slave may still be on its way to OP.
 - Bit 9 (remote) of the status word shows whether the drive acts on the control word. If it is 0, the title names it.
+  Not if the drive followed a command of the capture with bit 9 at 0: then it does not use this bit.
 - Transition 16 is not evaluated: drives may leave it out.
 - If the drive shows Operation enabled after that, the finding is an info: a supply that comes up, or a machine that
   waited.
@@ -82,7 +85,14 @@ constexpr Word kActingState{"acting-al-state", "the AL state in which the drive 
 
 class DriveNoReaction final : public Rule {
  public:
-  DriveNoReaction() : Rule(kInfo) { Subscribe<model::DriveNoReaction>(&DriveNoReaction::On); }
+  DriveNoReaction() : Rule(kInfo) {
+    Subscribe<model::DriveNoReaction>(&DriveNoReaction::On);
+    Subscribe<model::DriveStateChanged>(&DriveNoReaction::On);
+  }
+
+  void On(const model::DriveStateChanged& e) {
+    if (e.command.seen() && !IsRemote(e.word)) without_remote_.emplace(e.slave, e.axis);
+  }
 
   void On(const model::DriveNoReaction& e) {
     const std::uint64_t key = AxisKey(e.axis) | e.transition;
@@ -96,7 +106,7 @@ class DriveNoReaction final : public Rule {
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
     const bool no_voltage = (e.status & 0x0010U) == 0;
     const bool in_fault = !no_voltage && e.state == device::DriveState::kFault;
-    const bool local = !no_voltage && !in_fault && (e.status >> progress::kRemoteBit & 1U) == 0;
+    const bool local = !no_voltage && !in_fault && !IsRemote(e.status);
     finding.Set("control_word", arg::Hex(e.word))
         .Set("status_word", arg::Hex(e.status))
         .Set("state", StateValue(e.state))
@@ -120,6 +130,7 @@ class DriveNoReaction final : public Rule {
     pending_.Release([this](std::uint64_t key, Finding finding) {
       const progress::AxisWatch* const axis = context().progress().axis(finding.slave, finding.axis);
       const FrameRef enabled = axis != nullptr ? axis->enable().enabled_since() : FrameRef{};
+      if (without_remote_.contains({finding.slave, finding.axis})) finding.Set("local", arg::Flag(false));
       const FrameRef& last = finding.last.seen() ? finding.last : finding.first;
       if (enabled.number <= last.number) {
         (void)Report(key, std::move(finding));
@@ -143,7 +154,10 @@ class DriveNoReaction final : public Rule {
   }
 
  private:
-  PendingFindings pending_;  // the drive may be slow only
+  static bool IsRemote(std::uint16_t status) { return (status >> progress::kRemoteBit & 1U) != 0; }
+
+  PendingFindings pending_;                                    // the drive may be slow only
+  std::set<std::pair<SlaveId, std::uint8_t>> without_remote_;  ///< axes that followed a command while bit 9 was 0
 
   /// The drive may wait for an edge that only the description of the state names.
   static void DescribeEdge(Finding& finding, const model::DriveNoReaction& e, const device::DriveProfile& drive) {

@@ -123,7 +123,7 @@ class DriveSdoControlWord final : public Rule {
   static constexpr std::size_t kMostWritten = 1024;
   /// Outputs that come later are those of a master that had stopped them.
   static constexpr TimeNs kSoonNs = 1'000'000'000;
-  /// As long the outputs keep another target.
+  /// For so long the outputs have to keep another target.
   static constexpr TimeNs kKeptNs = 100'000'000;
 
   /// A control word by SDO, until the next outputs with this object.
@@ -143,6 +143,7 @@ class DriveSdoControlWord final : public Rule {
     std::uint16_t index = 0;
     std::uint8_t axis = 0;
     std::uint64_t raw = 0;
+    unsigned bits = 0;  ///< of the object, at most 64
     FrameRef request, answer;
     std::optional<std::uint64_t> cyclic;
     FrameRef since;  ///< of `cyclic`
@@ -166,12 +167,13 @@ class DriveSdoControlWord final : public Rule {
     const model::Signal* const signal = outputs.Find(t.index, 0);
     if (t.outcome != mailbox::SdoOutcome::kCompleted || !slave.al.SettledIn(esc::AlState::OP) || signal == nullptr)
       return;
-    if (t.data.empty() || t.data.size() != t.size || 8 * t.size != signal->bits || targets_.size() >= kMostWritten)
-      return;
+    const bool number = !t.data.empty() && t.data.size() == t.size && t.size <= sizeof(std::uint64_t);
+    if (!number || 8 * t.size != signal->bits || targets_.size() >= kMostWritten) return;
     targets_.push_back({t.slave,
                         t.index,
                         axis,
                         UnsignedOf(t.data),
+                        signal->bits,
                         t.request,
                         t.response,
                         std::nullopt,
@@ -205,12 +207,11 @@ class DriveSdoControlWord final : public Rule {
     const std::uint64_t key = std::uint64_t{target.index} << 32U | AxisKey(target.axis);
     if (Repeat(target.slave, key, target.request) != kNoFinding) return;
     const model::SlaveModel& slave = context().slave(target.slave);
-    const std::uint32_t bits = slave.process.rx().Find(target.index, 0)->bits;
     Finding finding = Found(kSetPoint, target.slave, target.request);
     finding.confidence = target.confidence;
     finding.Set("object", arg::Object(target.index, 0, slave.profile->object_name(target.index, 0)))
-        .Set("by_sdo", arg::Number(SignExtend(target.raw, bits)))
-        .Set("cyclic", arg::Number(SignExtend(*target.cyclic, bits)))
+        .Set("by_sdo", arg::Number(SignExtend(target.raw, target.bits)))
+        .Set("cyclic", arg::Number(SignExtend(*target.cyclic, target.bits)))
         .Set("cyclic_frame", arg::Frame(target.since.number))
         .Set("last_cyclic_frame", arg::Frame(last.number))
         .Set("lasted_ms", arg::Ms(held));

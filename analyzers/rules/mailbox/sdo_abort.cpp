@@ -24,8 +24,9 @@ namespace {
 constexpr FindingKind kAborted{
     .name = "aborted",
     .title = R"([{!other}[{mapped:number} not mapped in {object:number}][{assigned:number} not assigned in
-{object:number}]][{?other}SDO {service}[ of {object:number}] aborted] [{!displaced_abort_code}({abort_code:number})[{!meant}:
-{reason}][: {meant:number}, bytes swapped?]][({displaced_abort_code:number}, misplaced)])",
+{object:number}]][{?other}SDO {service}[ of {object:number}] aborted]
+[{!displaced_abort_code}({abort_code:number})[{!meant}: {reason}][: {meant:number}, bytes
+swapped?]][({displaced_abort_code:number}, misplaced)])",
     .message =
         R"(The slave aborts the {service} of [{object}[{?complete_access} (complete access)]][{!object}an object that is
 not in the capture][ (request in {request_frame})]. The abort code is {abort_code}.[{?undefined} The standard does not
@@ -409,7 +410,7 @@ class SdoAbort final : public Rule {
       finding.Add(kIndexSwapped, {{"object", arg::Object(assigned)}, {"meant", arg::Object(swapped)}});
       SetMeant(finding, arg::Object(swapped));
     } else if (entry && process::IsPdoObject(t.index) && t.data.size() == 4) {
-      AddEntryOrder(finding, LittleEndian<std::uint32_t>(t.data, 0), family);
+      AddEntryOrder(finding, t.data, family);
     } else if (code == kNoObject && family.object(t.index, t.subindex) == nullptr) {
       const std::uint16_t swapped = Swapped(t.index);
       if (swapped < kFirstObject || swapped == t.index || family.object(swapped, t.subindex) == nullptr) return;
@@ -420,13 +421,12 @@ class SdoAbort final : public Rule {
   }
 
   /// With all four bytes reversed, or with its two halves exchanged.
-  static void AddEntryOrder(Finding& finding, std::uint32_t value, const device::DeviceDescription& family) {
+  static void AddEntryOrder(Finding& finding, ByteSpan data, const device::DeviceDescription& family) {
+    const auto value = LittleEndian<std::uint32_t>(data, 0);
     const auto written = process::MappingEntry::FromValue(value);
     if (family.object(written.index, written.subindex) != nullptr) return;
     const std::uint32_t halves = std::rotl(value, 16);
-    const std::uint32_t reversed = std::uint32_t{Swapped(static_cast<std::uint16_t>(value))} << 16U |
-                                   Swapped(static_cast<std::uint16_t>(value >> 16U));
-    for (const std::uint32_t right : {reversed, halves}) {
+    for (const std::uint32_t right : {BigEndian<std::uint32_t>(data, 0), halves}) {
       const auto meant = process::MappingEntry::FromValue(right);
       const device::DictionaryObject* const object = family.object(meant.index, meant.subindex);
       if (object == nullptr || meant.bits == 0 || device::BitsOf(object->TypeOf(meant.subindex)) != meant.bits)

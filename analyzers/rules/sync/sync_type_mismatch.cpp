@@ -7,6 +7,7 @@
 
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_text.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/object_values.h"
 #include "analyzers/model/slave_model.h"
@@ -27,7 +28,7 @@ in {value_frame}. {pulse} is [{?active}on][{!active}off] (0x0981 = {activation})
 slave does not take its outputs at SYNC0.][{!active}With this type a slave waits for a pulse that does not come.])",
     .next =
         R"([{?active}Set {object} to 2 (SYNC0), or leave it to the slave. Without distributed clocks, write 0 to 0x0981.]
-[{!active}Set {pulse} before OP is requested (0x0990, 0x09A0, 0x0981), or set {object} to 1 (SM event).])",
+[{!active}Set {pulse} before OP is requested (0x0981, times from 0x0990 on), or set {object} to 1 (SM event).])",
     .identity = "object"};
 constexpr FindingKind kUnsupported{
     .name = "unsupported-type",
@@ -104,8 +105,6 @@ Take the type, the cycle and AssignActivate from one operation mode (OpMode) of 
 
 constexpr std::uint8_t kCycleEntry = 2, kSupportedEntry = 4, kErrorEntry = 32;
 
-constexpr Word kSync0{"sync0", "SYNC0"};
-constexpr Word kSync1{"sync1", "SYNC1"};
 constexpr Word kTypeOfOutputs{"sync-type", "the synchronisation type (1C32h:1)"};
 
 /// A counter of 1C32h and 1C33h.
@@ -181,9 +180,9 @@ class SyncTypeMismatch final : public Rule {
     if (type == nullptr || !sync::IsKnownSyncType(type->raw)) return;
     const bool after = type->since > context().sync().dc(e.slave).activation_changed();
     if (!type->written && !after) return;
-    const bool by_pulse = sync::NeedsPulses(static_cast<sync::SyncType>(type->raw));
-    const bool by_sync1 = static_cast<sync::SyncType>(type->raw) == sync::SyncType::kSync1;
-    const bool active = by_sync1 ? activation.sync1() : activation.sync0();
+    const auto by = static_cast<sync::SyncType>(type->raw);
+    const bool by_pulse = sync::NeedsPulses(by);
+    const bool active = by == sync::SyncType::kSync1 ? activation.sync1() : activation.sync0();
     // Inputs may follow the outputs, or be read whenever: that is no fault while SYNC0 is on.
     if (by_pulse == active || (activation.sync0() && object != sync::kSyncObjects[0])) return;
     if (Repeat(e.slave, KeyOf(0, object, sync::kSyncTypeEntry), e.frame) != kNoFinding) return;
@@ -193,7 +192,7 @@ class SyncTypeMismatch final : public Rule {
              arg::Number(static_cast<std::int64_t>(type->raw), sync::Name(static_cast<sync::SyncType>(type->raw))))
         .Set("written", arg::Flag(type->written))
         .Set("active", arg::Flag(active))
-        .Set("pulse", arg::Of(by_sync1 ? kSync1 : kSync0))
+        .Set("pulse", arg::Of(PulseOf(by)))
         .Set("activation", arg::Hex(activation.raw, 2));
     Report(KeyOf(0, object, sync::kSyncTypeEntry), std::move(finding));
   }
