@@ -37,8 +37,9 @@ void SetObject(Finding& finding, const mailbox::SdoTransfer& transfer, const dev
 [[nodiscard]] Confidence ConfidenceOf(Certainty certainty);
 /// Distinguishes requests by protocol and object, to fold repetitions.
 [[nodiscard]] std::uint64_t RequestKey(const mailbox::RequestSummary& request);
-/// How long the master waited for the answer: from the request to its last poll that found nothing, or to the end of
-/// the wait if the answer may have been lost on its way. Absent without time stamps, or if the master never polled.
+/// How long the master waited for the answer: from the request, or the part that came, to its last poll that found
+/// nothing, or to the end of the wait if the answer may have been lost on its way. Absent without time stamps, or if
+/// the master never polled.
 [[nodiscard]] std::optional<std::int64_t> WaitOf(const mailbox::MailboxUnanswered& event);
 /// The result of a wait for an answer.
 enum class WaitVerdict : std::uint8_t {

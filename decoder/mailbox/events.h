@@ -258,6 +258,8 @@ struct MailboxUnanswered {
   std::uint64_t polls = 0;  ///< times the master looked for the answer and found the mailbox empty
   FrameRef first_poll;
   FrameRef last_poll;                          ///< last look that found nothing; not seen() when there was none
+  std::uint32_t parts = 0;                     ///< of the answer that came: it has more
+  FrameRef last_part;                          ///< the looks count from there on; not seen() when there was none
   bool not_accepted = false;                   ///< the last read of 0x0805 showed the out mailbox still full
   bool taken = false;                          ///< it was found empty, or took the next request
   bool read_lost = false;                      ///< a mailbox read was lost in between: the answer may have been in it

@@ -141,6 +141,7 @@ void MailboxProtocols::OnAnswer(const MailboxMessage& message) {
       const bool response = soe.operation == mailbox::SoeOperation::kReadResponse ||
                             soe.operation == mailbox::SoeOperation::kWriteResponse;
       soe_in_.OnMessage(message, response ? pending_.Waiting(MailboxChannel::kSoE) : FrameRef{}, sink_);
+      if (response && soe.incomplete) pending_.AnsweredInPart(MailboxChannel::kSoE, message.frame());
       if (response && !soe.incomplete) pending_.Answered(MailboxChannel::kSoE, message.frame());
       break;
     }
@@ -173,7 +174,11 @@ void MailboxProtocols::OnCoeAnswer(const MailboxMessage& message) {
       break;
     case mailbox::CoeService::kSdoInformation:
       sdo_info_.OnMessage(message, sink_);
-      if (!sdo_info_.open()) pending_.Answered(MailboxChannel::kSdoInfo, message.frame());
+      if (sdo_info_.open()) {
+        pending_.AnsweredInPart(MailboxChannel::kSdoInfo, message.frame());
+      } else {
+        pending_.Answered(MailboxChannel::kSdoInfo, message.frame());
+      }
       break;
     case mailbox::CoeService::kTxPdo:
     case mailbox::CoeService::kRxPdo:

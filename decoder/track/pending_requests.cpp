@@ -102,6 +102,8 @@ void PendingRequests::Unanswered(Request& r, MailboxUnanswered::End end, const F
   event.polls = r.polls;
   event.first_poll = r.first_poll;
   event.last_poll = r.last_poll;
+  event.parts = r.parts;
+  event.last_part = r.last_part;
   const bool looked = out_full_since_ > r.request.frame.number;
   event.not_accepted = looked && out_full_;
   event.taken = (looked && !out_full_) || end == MailboxUnanswered::End::kNextRequest;
@@ -130,6 +132,15 @@ void PendingRequests::Answered(MailboxChannel channel, const FrameRef& by) {
     sink_.Publish(mailbox::MailboxAnswered{slave_, r.request, by, r.polls, r.last_poll, r.read_lost});
   }
   r.active = false;
+}
+
+void PendingRequests::AnsweredInPart(MailboxChannel channel, const FrameRef& part) {
+  Request& r = Of(channel);
+  if (!r.active) return;
+  ++r.parts;
+  r.last_part = part;
+  r.polls = 0;
+  r.first_poll = r.last_poll = {};
 }
 
 void PendingRequests::SawOutMailbox(bool full, bool mailbox, const FrameRef& frame) {

@@ -30,6 +30,8 @@ class PendingRequests {
     std::uint64_t polls = 0;
     FrameRef first_poll;
     FrameRef last_poll;
+    std::uint32_t parts = 0;  ///< of the answer, which is not whole yet
+    FrameRef last_part;
   };
 
   /// The master wrote something that an error reply may answer.
@@ -41,6 +43,8 @@ class PendingRequests {
   void Await(MailboxChannel channel, const mailbox::MailboxMessage& message);
   /// The request waits no longer. @param by  the message that answers it; not seen(): the master ended it
   void Answered(MailboxChannel channel, const FrameRef& by = {});
+  /// A part of the answer came, and more is to follow: the wait for that begins.
+  void AnsweredInPart(MailboxChannel channel, const FrameRef& part);
   /// The slave sent a message of this protocol: it has it.
   void HasAnswered(mailbox::Protocol protocol) {
     answered_ |= 1U << static_cast<unsigned>(protocol);

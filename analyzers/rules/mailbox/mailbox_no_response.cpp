@@ -27,6 +27,18 @@ response in {polls} over {waited_ms}, the last in {last_poll_frame}.][{!last_pol
     .next = "{advice}.",
     .identity = "protocol object"};
 
+constexpr FindingKind kInPart{
+    .name = "incomplete-response",
+    .title = "Answer to the {protocol} request stops after {parts}: no more in {waited_ms}",
+    .message = R"(The master wrote the {protocol} request in {frame}. The slave sent {parts} of the answer, the last in
+{last_part_frame}, which announces more. [The master found no further one in {polls} over {waited_ms}, the last in
+{last_poll_frame}.][{!last_poll_frame}No further one came within {waited_ms}.][ Then it sent the next request in
+{next_request_frame}.][ Then the mailbox was reset in {reset_frame}.])",
+    .next =
+        R"(Check the firmware of the slave: it must put the next part into the mailbox when the master has read the one
+before.)",
+    .identity = "protocol"};
+
 constexpr FindingKind kTooEarly{
     .name = "before-state",
     .title =
@@ -105,7 +117,7 @@ constexpr NoteKind kFurther{
 this mailbox.] {further} had no response, the last of them the [SDO request for {object}][{!object}{protocol} request]
 in {last_request_frame}.)"};
 
-constexpr const FindingKind* kKinds[] = {&kNoResponse, &kTooEarly, &kStuck, &kSlow};
+constexpr const FindingKind* kKinds[] = {&kNoResponse, &kInPart, &kTooEarly, &kStuck, &kSlow};
 constexpr const NoteKind* kNotes[] = {&kStillFull,        &kResponseLost,     &kRequestLost, &kNotKnownIfRead,
                                       &kReadCounterRight, &kReadCounterEqual, &kRead,        &kLateResponse,
                                       &kReadLost,         &kFurther};
@@ -164,6 +176,7 @@ A late response is a response, however late it is. It is reported as slow-respon
 
 Further:
 
+- An answer in several parts (SDO information, SoE) that stops has its own kind: the wait counts from the last part.
 - A request that is written after the master requested a state out of INIT, and before AL Status showed it, has its own
   kind: the mailbox was not active yet. If AL Status was not read in between, that is inferred, and only for requests
   within the time that the slave may take.
@@ -217,7 +230,8 @@ class MailboxNoResponse final : public Rule {
       case WaitVerdict::kUnanswered:
         break;
     }
-    std::uint64_t key = RequestKey(e.request) | (e.not_accepted ? 1ULL << 40U : 0U) | (e.read_lost ? 1ULL << 41U : 0U);
+    std::uint64_t key = RequestKey(e.request) | (e.not_accepted ? 1ULL << 40U : 0U) | (e.read_lost ? 1ULL << 41U : 0U) |
+                        (e.parts > 0 ? 1ULL << 44U : 0U);
     Silence& silence = SilenceOf(e.slave);
     if (silence.finding != kNoFinding && !e.read_lost) key = silence.key;
     FindingIndex index = Repeat(e.slave, key, request);
@@ -492,8 +506,9 @@ class MailboxNoResponse final : public Rule {
   [[nodiscard]] Finding Describe(const mailbox::MailboxUnanswered& e, const Silence& silence) const {
     using End = mailbox::MailboxUnanswered::End;
     const Silence::Sent* sent = SentOf(e, silence);
-    const bool too_early = MayBeTooEarly(e, silence);
-    Finding finding = Found(too_early ? kTooEarly : kNoResponse, e.slave, e.request.frame);
+    const bool in_part = e.parts > 0;
+    const bool too_early = !in_part && MayBeTooEarly(e, silence);
+    Finding finding = Found(in_part ? kInPart : too_early ? kTooEarly : kNoResponse, e.slave, e.request.frame);
     if (too_early) {
       const FrameRef& asked = sent->requested_frame;
       finding.Set("requested", arg::State(sent->requested))
@@ -517,7 +532,12 @@ class MailboxNoResponse final : public Rule {
     } else if (e.end == End::kReset && e.ended.seen()) {
       finding.Set("reset_frame", arg::Frame(e.ended.number));
     }
-    if (too_early) return finding;
+    if (in_part) {
+      finding.Set("parts", arg::Count(e.parts, "part")).Set("last_part_frame", arg::Frame(e.last_part.number));
+      AddRelated(finding, e.last_part.number);
+      if (e.read_lost) finding.Add(kResponseLost);
+    }
+    if (in_part || too_early) return finding;
     const auto [note, advice] = FateOf(e, silence);
     finding.Add(*note).Set("advice", arg::Of(*advice));
     return finding;
