@@ -43,6 +43,19 @@ neither the identity nor the mailbox settings of the slave.)",
         R"(Check that the firmware of the slave runs[{?emulated} and answers EEPROM commands][{!emulated}, and the EEPROM
 chip and its wiring].)"};
 
+constexpr FindingKind kBusyAtWord{
+    .name = "busy-at-word",
+    .title = "EEPROM stays busy[ at word {word}]: not read in {busy_ms}",
+    .message =
+        R"(The master reads the EEPROM until {read_until_frame}. The read command[ for word {word}] in {command_frame} never ends: in
+all {polls} from {first_frame} to {frame} the status 0x0502 shows busy (bit 15).[ Other words took {usual_ms} at
+most.][{?emulated} The EEPROM is emulated (bit 5): the processor of the slave has to answer, and does not.] So the
+master has not all that it needs of the EEPROM.)",
+    .next =
+        R"([{?emulated}Check the EEPROM emulation in the firmware of the slave: it must answer each command, also while it is
+busy with something else.][{!emulated}Check that the processor of the slave runs if it emulates the EEPROM, or else the EEPROM
+chip and its wiring.])"};
+
 constexpr FindingKind kNotLoaded{
     .name = "not-loaded",
     .title = "EEPROM configuration not loaded by the slave controller (0x0502)",
@@ -78,7 +91,8 @@ constexpr FindingKind kDamaged{
 beyond the EEPROM. What follows (PDOs, sync managers, clocks) cannot be read.)",
     .next = "Write the EEPROM image of the device (from its ESI file), then switch the slave off and on."};
 
-constexpr const FindingKind* kKinds[] = {&kBlank, &kBusy, &kNotLoaded, &kChecksum, &kNoMailboxWords, &kDamaged};
+constexpr const FindingKind* kKinds[] = {&kBlank,    &kBusy,           &kBusyAtWord, &kNotLoaded,
+                                         &kChecksum, &kNoMailboxWords, &kDamaged};
 
 constexpr Word kChecksumError{"checksum-error", "checksum error (bit 11)"};
 constexpr Word kConfigurationMissing{"not-loaded", "configuration not loaded (bit 12)"};
@@ -103,6 +117,7 @@ Whether the EEPROM of a slave can be what the device needs:
 
 - blank: all words that were read are 0xFFFF, or all are 0
 - busy: the status 0x0502 stays busy (bit 15), and no word was read
+- busy at a word: other words were read, but one read command never ends
 - not loaded: the status 0x0502 shows a checksum error (bit 11) or a configuration that is not loaded (bit 12)
 - a wrong checksum in word 7
 - mailbox words 0x0018 to 0x001B that are 0, although the EEPROM names protocols and has a mailbox
@@ -118,6 +133,8 @@ of the list above.
 
 - The words of at least one read command (8 bytes) and the identity (words 0x0008 to 0x000B) must be known for "blank".
 - "Busy" needs 10 reads of the status in at least 50 ms, and no word that was read before.
+- "Busy at a word" needs the same of one read command, or 15 ms if another command follows. The word is never read in
+  the capture.
 - An EEPROM that the processor of the slave emulates (0x0502 bit 5) has no status and no checksum to evaluate.
 - A checksum after a write of the master belongs to eeprom-written.
 - If the slave reaches PREOP or a higher state nevertheless, the finding is an info. Slaves that echo every state do not
@@ -160,15 +177,20 @@ class EepromInvalid final : public Rule {
     slave.zeros = slave.zeros && all(0);
   }
   void On(const track::SlaveAccess& e) {
+    if (e.broadcast || !e.done()) return;
+    if (const ByteSpan command = e.Covered(e.written, esc::kEepromControl, 2); !command.empty()) Begin(e, command);
     const ByteSpan status = e.Covered(e.read, esc::kEepromControl, 2);
-    if (e.broadcast || !e.done() || status.empty()) return;
+    if (status.empty()) return;
     Slave& slave = slaves_[e.slave];
     if ((LittleEndian<std::uint16_t>(status, 0) & kBusyBit) == 0) {
-      slave.busy_reads = 0;
+      const bool timed = slave.command.seen() && slave.command.has_time && e.frame().has_time;
+      if (timed) slave.longest_ns = std::max(slave.longest_ns, Elapsed(slave.command.time, e.frame().time));
+      slave.command = {};
+      slave.busy = slave.command_busy = {};
       return;
     }
-    if (slave.busy_reads++ == 0) slave.busy_since = e.frame();
-    slave.busy_until = e.frame();
+    slave.busy.Add(e.frame());
+    slave.command_busy.Add(e.frame());
   }
   void On(const track::EepromError& e) {
     if (e.write || (e.bits & kNotUsable) == 0) return;
@@ -190,6 +212,7 @@ class EepromInvalid final : public Rule {
 
   void Finish() override {
     for (auto& [id, slave] : slaves_) {
+      KeepBusy(slave, kLongBusy);
       // A slave controller that still loads its EEPROM shows these bits, too: the last status counts.
       slave.errors &= context().network().state(id).sii.status().value_or(0);
       Evaluate(id, slave);
@@ -198,10 +221,34 @@ class EepromInvalid final : public Rule {
   }
 
  private:
+  /// Reads of the status, without one that is not busy.
+  struct Busy {
+    std::size_t reads = 0;
+    FrameRef since, until;
+
+    void Add(const FrameRef& frame) {
+      if (reads++ == 0) since = frame;
+      until = frame;
+    }
+    [[nodiscard]] TimeNs length() const { return Elapsed(since.time, until.time); }
+    [[nodiscard]] bool Lasts(TimeNs enough) const {
+      return reads >= kEnoughBusy && since.has_time && until.has_time && length() >= enough;
+    }
+  };
+  /// A read command that never ended.
+  struct Stuck {
+    FrameRef command;
+    Busy busy;
+    std::optional<std::uint32_t> word;
+  };
   struct Slave {
-    FrameRef first, last;        ///< of the reads
-    std::size_t busy_reads = 0;  ///< of the status, without one that is not busy
-    FrameRef busy_since, busy_until;
+    FrameRef first, last;  ///< of the reads
+    Busy busy;
+    FrameRef command;  ///< the last read command, until it ends
+    Busy command_busy;
+    std::optional<std::uint32_t> word;  ///< of the last command, if the same write has it
+    TimeNs longest_ns = 0;              ///< of the commands that ended
+    std::optional<Stuck> stuck;
     bool blank = true;         ///< all words that were read are 0xFFFF
     bool zeros = true;         ///< likewise 0
     std::uint16_t errors = 0;  ///< EepromErrorBit, as shown last
@@ -211,21 +258,44 @@ class EepromInvalid final : public Rule {
     std::uint8_t state = 0;
   };
 
+  /// A command: one before that still was busy never ended.
+  void Begin(const track::SlaveAccess& e, ByteSpan command) {
+    constexpr std::uint16_t kCommands = 0x0700, kReadCommand = 0x0100;
+    constexpr EscAddress kWordAddress = esc::kEepromControl + 2;
+    constexpr TimeNs kGivenUp = 15'000'000;
+    Slave& slave = slaves_[e.slave];
+    KeepBusy(slave, kGivenUp);
+    const bool reads = (LittleEndian<std::uint16_t>(command, 0) & kCommands) == kReadCommand;
+    slave.command = reads ? e.frame() : FrameRef{};
+    slave.command_busy = {};
+    slave.word.reset();
+    const ByteSpan word = e.Covered(e.written, kWordAddress, 4);
+    if (!word.empty()) slave.word = LittleEndian<std::uint32_t>(word, 0);
+  }
+
+  /// Keeps the read command that was busy for the longest time, and never ended.
+  static void KeepBusy(Slave& slave, TimeNs enough) {
+    const Busy& busy = slave.command_busy;
+    if (!slave.command.seen() || !busy.Lasts(enough)) return;
+    if (slave.stuck && slave.stuck->busy.length() >= busy.length()) return;
+    slave.stuck = {slave.command, busy, slave.word};
+  }
+
   void Evaluate(SlaveId id, const Slave& slave) {
     const track::SlaveState& state = context().network().state(id);
     const esc::SiiImage& image = state.sii.image();
     const bool emulated = (state.sii.status().value_or(0) & kEmulated) != 0;
     std::optional<Finding> finding;
     const bool identity_known = image.KnownWords(kIdentity, 4) == 4;
-    const bool long_busy = slave.busy_reads >= kEnoughBusy && slave.busy_since.has_time && slave.busy_until.has_time &&
-                           Elapsed(slave.busy_since.time, slave.busy_until.time) >= kLongBusy;
+    const Busy& busy = slave.busy;
+    const bool long_busy = busy.Lasts(kLongBusy);
     if (long_busy && !slave.last.seen() && image.KnownWords() == 0) {
-      finding = Found(kBusy, id, slave.busy_until);
-      finding->Set("busy_ms", arg::Ms(Elapsed(slave.busy_since.time, slave.busy_until.time)))
-          .Set("first_frame", arg::Frame(slave.busy_since.number))
-          .Set("polls", arg::Count(slave.busy_reads, "read"))
+      finding = Found(kBusy, id, busy.until);
+      finding->Set("busy_ms", arg::Ms(busy.length()))
+          .Set("first_frame", arg::Frame(busy.since.number))
+          .Set("polls", arg::Count(busy.reads, "read"))
           .Set("emulated", arg::Flag(emulated));
-      AddRelated(*finding, slave.busy_since.number);
+      AddRelated(*finding, busy.since.number);
     } else if ((slave.blank || slave.zeros) && slave.last.seen() && identity_known) {
       finding = Found(kBlank, id, slave.last);
       finding->Set("words", arg::Count(image.KnownWords(), "word"))
@@ -241,6 +311,7 @@ class EepromInvalid final : public Rule {
       finding = Found(kNotLoaded, id, slave.error);
     } else if (slave.last.seen()) {
       finding = FindInContents(id, slave, esc::ParseSii(image), image, emulated);
+      if (!finding) finding = FindStuck(id, slave, image, emulated);
     }
     if (!finding) return;
     if (slave.errors != 0) SetErrors(*finding, slave.errors);
@@ -285,6 +356,24 @@ class EepromInvalid final : public Rule {
     if (sii.chain_end != esc::SiiChainEnd::kBeyondImage) return std::nullopt;
     Finding finding = Found(kDamaged, id, slave.last);
     finding.Set("word", arg::Hex(sii.chain_end_word));
+    return finding;
+  }
+
+  std::optional<Finding> FindStuck(SlaveId id, const Slave& slave, const esc::SiiImage& image, bool emulated) const {
+    if (!slave.stuck) return std::nullopt;
+    const Stuck& stuck = *slave.stuck;
+    if (stuck.word && image.KnownWords(*stuck.word, 1) == 1) return std::nullopt;
+    Finding finding = Found(kBusyAtWord, id, stuck.busy.until);
+    finding.Set("busy_ms", arg::Ms(stuck.busy.length()))
+        .Set("command_frame", arg::Frame(stuck.command.number))
+        .Set("first_frame", arg::Frame(stuck.busy.since.number))
+        .Set("read_until_frame", arg::Frame(slave.last.number))
+        .Set("polls", arg::Count(stuck.busy.reads, "read"))
+        .Set("emulated", arg::Flag(emulated));
+    if (stuck.word) finding.Set("word", arg::Hex(*stuck.word));
+    if (slave.longest_ns > 0) finding.Set("usual_ms", arg::Ms(slave.longest_ns));
+    AddRelated(finding, stuck.command.number);
+    AddRelated(finding, stuck.busy.since.number);
     return finding;
   }
 
