@@ -25,8 +25,8 @@ constexpr FindingKind kAborted{
     .name = "aborted",
     .title = R"([{!other}[{mapped:number} not mapped in {object:number}][{assigned:number} not assigned in
 {object:number}]][{?other}SDO {service}[ of {object:number}] aborted]
-[{!displaced_abort_code}({abort_code:number})[{!meant}: {reason}][: {meant:number}, bytes
-swapped?]][({displaced_abort_code:number}, misplaced)])",
+[{!displaced_abort_code}({abort_code:number})[{!meant}: [{!one_entry}{reason}][complete access of
+{one_entry}]][: {meant:number}, bytes swapped?]][({displaced_abort_code:number}, misplaced)])",
     .message =
         R"(The slave aborts the {service} of [{object}[{?complete_access} (complete access)]][{!object}an object that is
 not in the capture][ (request in {request_frame})]. The abort code is {abort_code}.[{?undefined} The standard does not
@@ -90,6 +90,11 @@ constexpr NoteKind kMappedOutput{
     .name = "mapped-in-outputs",
     .text = R"({object:number} is in the outputs ({pdo}), which the master sends. Such an object gets its value from the
 process data, and many drives reject it by SDO.)"};
+constexpr NoteKind kOneEntry{
+    .name = "complete-access-of-one-entry",
+    .text =
+        R"(The master wrote {one_entry} by complete access from subindex {first} on. That transfers all subindices of
+{object:number} without gaps, and {one_entry} are the length of a single entry.)"};
 constexpr NoteKind kNoCompleteAccessInEsi{.name = "esi-no-complete-access",
                                           .text = "The ESI of the slave does not offer complete access."};
 constexpr NoteKind kAssignmentFixed{.name = "esi-fixed-assignment",
@@ -103,9 +108,9 @@ constexpr NoteKind kWrittenLater{.name = "accepted-later",
                                  .text = "In {accepted_frame} the slave accepted the same value."};
 
 constexpr const FindingKind* kKinds[] = {&kAborted, &kAbortedByMaster, &kNotOffered, &kCountTooLarge};
-constexpr const NoteKind* kNotes[] = {
-    &kCountExceeds,          &kIsRegister,      &kIndexSwapped, &kEntrySwapped,  &kMappedOutput,
-    &kNoCompleteAccessInEsi, &kAssignmentFixed, &kMappingFixed, &kWrittenSingly, &kWrittenLater};
+constexpr const NoteKind* kNotes[] = {&kCountExceeds, &kIsRegister,    &kIndexSwapped,          &kEntrySwapped,
+                                      &kMappedOutput, &kOneEntry,      &kNoCompleteAccessInEsi, &kAssignmentFixed,
+                                      &kMappingFixed, &kWrittenSingly, &kWrittenLater};
 
 constexpr RuleInfo kInfo{.id = "sdo-abort",
                          .group = "Mailbox and CoE",
@@ -144,6 +149,8 @@ changed.
 - If the slave accepts the same value later, the finding notes it.
 - An index or a mapping entry that is an object of the slave in another byte order, and none as it is, is named as such.
 - A write of an object that the outputs hold is named as such.
+- A download by complete access that has the length of a single entry is named as such, if the code is about the length
+  or the access.
 - If the model knows why the slave had to abort, caused_by names that finding (sdo-write-read-only, sdo-wrong-size,
   sdo-unknown-object, sdo-toggle).
 - The top three bits of the command byte of an abort are those of 0x80. Some slave stacks leave bits of the request in
@@ -200,6 +207,8 @@ constexpr Word kUseRegister{"use-register-access",
 constexpr Word kCheckByteOrder{"check-byte-order", "Write each number with its low byte first"};
 constexpr Word kUseProcessData{"use-process-data",
                                "Write the object in the process data, or take it out of the mapping"};
+constexpr Word kWriteOneEntry{"write-one-entry",
+                              "Write a single entry without complete access: switch it off for this download"};
 constexpr Word kIsMapped{"mapped-in-outputs", "it is in the outputs"};
 constexpr Word kFindObject{"find-object", "Find the object in the dictionary of the drive"};
 
@@ -329,6 +338,7 @@ class SdoAbort final : public Rule {
     }
     if (by_slave) AddByteOrder(finding, t, code);
     if (by_slave) AddMappedOutput(finding, t, code);
+    if (by_slave) AddOneEntry(finding, t, code);
     AddRelated(finding, t.request.number);
     const FindingIndex index = Report(key, IsProbe(t) ? Severity::kInfo : Severity::kError, std::move(finding));
     RememberWhole(t, index);
@@ -436,6 +446,20 @@ class SdoAbort final : public Rule {
           {{"entry", arg::Hex(value, 8)}, {"right", arg::Hex(right, 8)}, {"meant", MappedValue(right, family)}});
       return SetMeant(finding, MappedValue(right, family));
     }
+  }
+
+  /// Complete access from subindex 1 on that has the bytes of one entry: the master may mean that entry only.
+  static void AddOneEntry(Finding& finding, const mailbox::SdoTransfer& t, std::uint32_t code) {
+    const bool whole = t.service == mailbox::SdoService::kDownload && t.has_object && t.complete_access &&
+                       t.subindex == 1 && t.aborted_by == mailbox::Direction::kIn && !process::IsPdoObject(t.index);
+    const bool one = std::has_single_bit(t.size) && t.size <= sizeof(std::uint64_t);
+    constexpr std::uint32_t kAccess = 0x06010000, kGeneral = 0x08000000;
+    const bool fits = code >> 16U == 0x0607 || code == kAccess || code == kGeneral || code == kNoSubindex;
+    if (!whole || !one || !fits) return;
+    const Value bytes = arg::Count(t.size, "byte");
+    finding.Add(kOneEntry,
+                {{"one_entry", bytes}, {"first", arg::Number(t.subindex)}, {"object", arg::Object(t.index)}});
+    finding.Set("one_entry", bytes).Set("advice", arg::Of(kWriteOneEntry));
   }
 
   /// An object that the slave takes from the process data.
