@@ -8,6 +8,7 @@
 
 namespace ecaudit::esc {
 
+inline constexpr EscAddress kEscType = 0x0000;
 inline constexpr EscAddress kEscFeatures = 0x0008;
 inline constexpr EscAddress kStationAddress = 0x0010;
 inline constexpr EscAddress kStationAlias = 0x0012;

@@ -27,8 +27,14 @@ bool IsCause(const RuleContext& context, const Datagrams& datagrams, const Findi
   return datagrams.MayHaveBegunBefore(context, f, own);
 }
 
+/// It answered last before this change.
+bool AnsweredLastBefore(const Finding& changed, const Finding& own) {
+  const Value* const answered = own.arguments.Find("answered_frame");
+  return IsAway(own) && answered != nullptr && static_cast<FrameNo>(answered->number) < changed.first.number;
+}
+
 /// The last change of the number of slaves before, if the bus ended before this slave since then, or a branch left
-/// that may include it.
+/// that may include it. One that is back since then, but lost its address, is still away.
 FindingIndex EndOfTheBusBefore(const RuleContext& context, const Finding& own) {
   if (own.slave == kNoSlave) return kNoFinding;
   const SlavePos* position = context.network().slaves()[own.slave].position.if_known();
@@ -41,7 +47,12 @@ FindingIndex EndOfTheBusBefore(const RuleContext& context, const Finding& own) {
     if (f.rule != "bus-slave-count-changed" || f.first.number > own.first.number || f.first.number < latest) continue;
     latest = f.first.number;
     const std::optional<std::int64_t> end = SlavesNow(f);
-    found = end && (*position >= *end || IsOfABranch(f)) ? static_cast<FindingIndex>(i) : kNoFinding;
+    const bool left = end && (*position >= *end || IsOfABranch(f));
+    if (left) {
+      found = static_cast<FindingIndex>(i);
+    } else if (found != kNoFinding && !AnsweredLastBefore(findings[found], own)) {
+      found = kNoFinding;
+    }
   }
   return found;
 }

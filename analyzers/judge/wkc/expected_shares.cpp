@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "analyzers/judge/lrw_support.h"
 #include "analyzers/judge/wkc/kinds.h"
 #include "analyzers/judge/wkc/thresholds.h"
 #include "analyzers/model/bus_model.h"
@@ -72,6 +73,16 @@ Note HintOf(const RuleContext& context, const model::LogicalExpectation& expecte
     return note;
   }
   return {&kShareMissing, {{"slave", SlaveValue(context, one)}}};
+}
+
+void AddSeparateLrw(const RuleContext& context, Finding& finding, const model::LogicalExpectation& expected) {
+  std::vector<Value> slaves;
+  for (const model::LogicalShare& share : expected.shares) {
+    if (MayRejectSeparateLrw(context, share.slave)) slaves.push_back(SlaveValue(context, share.slave));
+  }
+  if (slaves.empty()) return;
+  finding.Set("apart", arg::Flag());
+  finding.Add(kSeparateLrw, {{"slaves", Named(std::move(slaves))}});
 }
 
 void AddOneBuffers(const RuleContext& context, Finding& finding, const model::LogicalExpectation& expected) {

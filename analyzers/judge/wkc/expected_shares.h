@@ -24,6 +24,8 @@ namespace ecaudit::wkc {
 /// What the number that is missing shows.
 [[nodiscard]] Note HintOf(const RuleContext& context, const model::LogicalExpectation& expected,
                           const track::LogicalAccess& access, std::uint16_t most);
+/// Names slaves whose controller may not support the LRW that the master uses.
+void AddSeparateLrw(const RuleContext& context, Finding& finding, const model::LogicalExpectation& expected);
 /// Why the expected working counter is a range although all slaves are in OP.
 void AddOneBuffers(const RuleContext& context, Finding& finding, const model::LogicalExpectation& expected);
 

@@ -9,11 +9,13 @@ inline constexpr FindingKind kProcessData{
     .name = "process-data",
     .title = R"({command} working counter {working_counter} instead of [{!expected_most}at least
 {expected_least}][[{?as_range}{expected_least} to ]{expected_most}][{!missing}[{?no_inputs}: one slave delivers no
-inputs]])",
+inputs]][{?apart}: maybe FMMUs must overlap])",
     .message = R"({command} of {length} at logical address {logical_address} returned in {frame} with
 working counter {working_counter}. Expected [{!expected_most}at least {expected_least}][[{?as_range}{expected_least} to
 ]{expected_most}][, by the FMMUs of the slaves: {shares}].[{!shares} No slave has an FMMU for this address.])",
-    .next = R"([{?outputs_of}Check the AL status of {outputs_of} and the sync manager of its
+    .next =
+        R"([{?apart}Map outputs and inputs of each slave to the same logical address, or use LRD and LWR. If that does
+not help: ][{?outputs_of}Check the AL status of {outputs_of} and the sync manager of its
 outputs[ (SM{sync_manager})].][{?inputs_of}Check the AL status of {inputs_of} and the sync manager of its
 inputs[ (SM{sync_manager})].][{!outputs_of}[{!inputs_of}[{?missing}Check AL status, power and cable of
 {missing}.][{!missing}[{?more_counted}Check which slaves have FMMUs for this address.][{!more_counted}[{?no_inputs}Find
@@ -103,6 +105,12 @@ inline constexpr NoteKind kInputsNotRefreshed{
     .name = "inputs-not-refreshed",
     .text = R"(The inputs of {slave} returned unchanged in all of these frames, and those of the other slaves were
 refreshed. So {slave} does not take part.)"};
+inline constexpr NoteKind kSeparateLrw{
+    .name = "separate-lrw",
+    .text =
+        R"({slaves} {slaves?has a controller|have controllers} of type 0x90 (0x0000, TI PRU-ICSS), and the FMMUs map the
+outputs and inputs of a slave to different logical addresses. Older firmware of these controllers does not support that
+with LRW.)"};
 inline constexpr NoteKind kOneBuffer{
     .name = "one-buffer",
     .text =

@@ -29,7 +29,7 @@ constexpr const FindingKind* kKinds[] = {&kProcessData,   &kDropped,      &kBroa
 constexpr const NoteKind* kNotes[] = {&kLeftTheBus,    &kAllAway,      &kMoreCounted, &kOutputsMissing,
                                       &kInputsMissing, &kShareMissing, &kSeveralFit,  &kFitsSlaveThatLeftState,
                                       &kOneAway,       &kOneLeft,      &kFitsAlone,   &kInputsNotRefreshed,
-                                      &kOneBuffer};
+                                      &kOneBuffer,     &kSeparateLrw};
 
 constexpr Word kFmmuWrites{"fmmu-writes", "writes to FMMUs", true};
 constexpr Word kFmmuWrite{"fmmu-write", "a frame that may have set an FMMU"};
@@ -228,6 +228,7 @@ class WkcMismatch final : public Rule {
     Value shares = SharesOf(context(), expected, e.command);
     if (!shares.items().empty()) finding.Set("shares", std::move(shares));
     if (all_known) AddOneBuffers(context(), finding, expected);
+    if (e.command == wire::Command::LRW && e.wkc < range.least) AddSeparateLrw(context(), finding, expected);
     const FindingIndex index = Report(key, std::move(finding));
     datagrams_.Add(index, expected, e, range.most);
     const int missing = range.most - e.wkc;

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 
+#include "analyzers/judge/lrw_support.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/bus_model.h"
@@ -29,11 +30,17 @@ this slave controller does not support LRW.)",
 
 constexpr FindingKind kNever{
     .name = "never-counted",
-    .title = "The slave never counts for its {direction}: 0 of {frames}",
+    .title =
+        "[{?apart}Never counts in LRW: maybe FMMUs must overlap (0 of {frames})]"
+        "[{!apart}The slave never counts for its {direction}: 0 of {frames}]",
     .message =
         R"([From {request_frame} on, when OP was requested, the slave][{!request_frame}In {state} the slave] counts in none of
-{frames} ({command}) that hold its {direction}. Its FMMU maps them, but the working counter does not include it.)",
-    .next = "Check direction and physical address of the FMMU, and the sync manager of the {direction}.",
+{frames} ({command}) that hold its {direction}. Its FMMU maps them, but the working counter does not include it.[{?apart} Its
+controller has type 0x90 (0x0000, TI PRU-ICSS), and its FMMUs map outputs and inputs to different logical addresses.
+Older firmware of these controllers does not support that with LRW.])",
+    .next =
+        "[{?apart}Map outputs and inputs of the slave to the same logical address, or use LRD and LWR. If that does "
+        "not help: ]Check direction and physical address of the FMMU, and the sync manager of the {direction}.",
     .identity = "direction"};
 
 constexpr FindingKind kNone{
@@ -113,7 +120,8 @@ it never does, the finding is an inferred warning (`one-buffer`):
 - For at least 1 s, in at least 20 datagrams, the working counter is what the others count.
 
 In SAFEOP without such a request the finding is a warning. The reason is the use of LRW if the datagrams are LRW and
-bit 9 of the ESC features (0x0008) is 1.
+bit 9 of the ESC features (0x0008) is 1. A controller of type 0x90 (0x0000) may need FMMUs with the same logical address
+for outputs and inputs.
 
 ## Example
 tests/rules/wkc-never-right/violates.trace: LRW to a slave that does not support it.
@@ -231,7 +239,8 @@ class WkcNeverRight final : public Rule {
       const bool asked = watched.request.seen();
       const bool timed = frames.first.has_time && frames.last.has_time;
       if (!asked && (!timed || Elapsed(frames.first.time, frames.last.time) < kLong)) continue;
-      const bool no_lrw = frames.command == wire::Command::LRW && features && (*features & kNoLrwBit) != 0;
+      const bool lrw = frames.command == wire::Command::LRW;
+      const bool no_lrw = lrw && features && (*features & kNoLrwBit) != 0;
       const auto found = one_buffers_.find(id);
       const bool one_buffer =
           found != one_buffers_.end() && !found->second.counted && found->second.outputs == (way == 0);
@@ -247,6 +256,7 @@ class WkcNeverRight final : public Rule {
         (void)Report(1, severity, std::move(finding));
         return;
       }
+      if (lrw && MayRejectSeparateLrw(context(), id)) finding.Set("apart", arg::Flag());
       finding.Set("direction", arg::Of(way == 0 ? kOutputs : kInputs))
           .Set("command", arg::Text(wire::Name(frames.command)));
       if (one_buffer) {
