@@ -13,6 +13,7 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/result/finding.h"
 #include "analyzers/result/setting_range.h"
+#include "decoder/base/ids.h"
 
 namespace ecaudit {
 
@@ -24,6 +25,7 @@ struct RefusalCase {
   FrameNo request = 0;         ///< the last frame with the request; 0: none
   FrameNo shown = 0;           ///< the frame that shows the error
   FrameNo held_since = 0;      ///< without request: the first frame that showed the state before
+  std::optional<TimeNs> time;  ///< without request: of the frame that shows the error
 };
 
 struct RefusalReasons {

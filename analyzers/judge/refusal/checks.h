@@ -56,6 +56,8 @@ void CheckOutputs(const Case& of, Outcome& found);
 void CheckInputs(const Case& of, Outcome& found);
 /// Has its watchdog any time?
 void CheckWatchdog(const Case& of, Outcome& found);
+/// The outputs arrive: do they trigger the watchdog?
+void CheckTrigger(const Case& of, Outcome& found);
 
 // sync_settings.cpp: SYNC0 by its registers.
 
@@ -67,6 +69,8 @@ void CheckSyncActive(const Case& of, Outcome& found);
 void CheckSync1(const Case& of, Outcome& found);
 /// The code rejects SYNC0: does it run?
 void CheckSyncUnsupported(const Case& of, Outcome& found);
+/// Nothing is known of its type: did the master set any synchronisation?
+void CheckSyncSet(const Case& of, Outcome& found);
 /// Is its cycle long enough?
 void CheckSyncCycle(const Case& of, Outcome& found);
 /// Nothing is known to be wrong, but the code is about these settings: which are they?
@@ -92,5 +96,7 @@ void CheckArrival(const Case& of, Outcome& found);
 void CheckEepromOwner(const Case& of, Outcome& found);
 /// Are the modules those that the master configured?
 void CheckModules(const Case& of, Outcome& found);
+/// Did it configure any?
+void CheckModulesSet(const Case& of, Outcome& found);
 
 }  // namespace ecaudit::refusal

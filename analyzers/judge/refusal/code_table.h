@@ -31,7 +31,7 @@ inline constexpr std::array kRows{
          Of<kInputs, CheckManagerSet>, Of<kOutputs, CheckIgnored>, Of<kInputs, CheckIgnored>, Of<kOutputs, CheckMapped>,
          Of<kInputs, CheckMapped>, CheckLengths, Of<kOutputs, CheckEmpty>, Of<kInputs, CheckEmpty>}},
     Row{{al::kNoInputs}, {CheckInputs, CheckLrw}},
-    Row{{al::kNoOutputs, al::kWatchdog}, {CheckLrw, CheckOutputs}},
+    Row{{al::kNoOutputs, al::kWatchdog}, {CheckLrw, CheckOutputs, CheckTrigger}},
     Row{{al::kNoInputsAndOutputs}, {CheckLrw, CheckOutputs, CheckInputs}},
     Row{{al::kOutputs, al::kOutputMapping},
         {CheckTypes, Of<kOutputs, CheckManagerSet>, Of<kOutputs, CheckIgnored>, Of<kOutputs, CheckCount>,
@@ -40,9 +40,9 @@ inline constexpr std::array kRows{
         {CheckTypes, Of<kInputs, CheckManagerSet>, Of<kInputs, CheckIgnored>, Of<kInputs, CheckCount>,
          Of<kInputs, CheckMapped>, CheckLengths, Of<kInputs, CheckEmpty>, Of<kInputs, CheckAssigned>}},
     Row{{al::kWatchdogSettings}, {CheckWatchdog}},
-    Row{{al::kInconsistent}, {CheckSyncTypes, CheckSyncCycle, CheckLengths}},
+    Row{{al::kInconsistent}, {CheckSyncTypes, CheckSyncCycle, CheckLengths, CheckSyncSet}},
     Row{{al::kFreeRun}, {CheckTypeRejected, CheckSyncActive, CheckSyncTypes}},
-    Row{{al::kSyncMode}, {CheckSyncUnsupported, CheckTypeRejected, CheckSyncTypes}},
+    Row{{al::kSyncMode}, {CheckSyncUnsupported, CheckTypeRejected, CheckSyncTypes, CheckSyncSet}},
     Row{{al::kSynchronization, al::kFatalSync, al::kPll, al::kSyncIo, al::kSyncTimeout},
         {CheckLeftOn, CheckSyncActive, CheckSyncCycle, CheckRate, CheckArrival}},
     Row{{al::kNoSync},
@@ -52,7 +52,7 @@ inline constexpr std::array kRows{
     Row{{al::kSyncCycle}, {CheckSyncActive, CheckSyncCycle, CheckRate, CheckSyncTypes, CheckSyncSettings}},
     Row{{al::kSync0Cycle}, {CheckSyncActive, CheckSyncCycle, CheckSyncTypes, CheckSyncSettings}},
     Row{{al::kEepromAccess}, {CheckEepromOwner}},
-    Row{{al::kModules}, {CheckModules}},
+    Row{{al::kModules}, {CheckModules, CheckModulesSet}},
 };
 
 /// Null: nothing is known that could be asked about the code.

@@ -78,4 +78,10 @@ void CheckModules(const Case& of, Outcome& found) {
   if (counts_known && !counts_differ && compared == *configured.count && wrong == 0) found.Right(kModules);
 }
 
+void CheckModulesSet(const Case& of, Outcome& found) {
+  const Modules::List& configured = of.model.modules.configured();
+  if (configured.count || !configured.entries.empty() || !of.SetUpIsSeen()) return;
+  found.May(kModulesUnset, {{"since", arg::Frame(of.state.set_up_since)}});
+}
+
 }  // namespace ecaudit::refusal

@@ -1,8 +1,12 @@
 #include <algorithm>
 
 #include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/lrw_support.h"
 #include "analyzers/judge/refusal/checks.h"
 #include "analyzers/judge/refusal/evidence.h"
+#include "analyzers/judge/refusal/thresholds.h"
+#include "decoder/base/time.h"
+#include "decoder/esc/al.h"
 
 namespace ecaudit::refusal {
 namespace {
@@ -52,7 +56,11 @@ void CheckLrw(const Case& of, Outcome& found) {
   const std::uint64_t missed = std::max(outputs.missed_by_lrw, inputs.missed_by_lrw);
   if (missed == 0) return;
   if (!by_register && !by_eeprom) {
-    if (features) found.Right(kLrw);
+    if (MayRejectSeparateLrw(of.context, of.refusal.slave)) {
+      found.May(kLrwApart, {{"missed", arg::Count(missed, "LRW datagram")}});
+    } else if (features) {
+      found.Right(kLrw);
+    }
     return;
   }
   if (outputs.exchanged + inputs.exchanged > 0) return;
@@ -98,6 +106,21 @@ void CheckWatchdog(const Case& of, Outcome& found) {
   if (!outputs || !outputs->enabled() || !outputs->watchdog_trigger() || !of.Counts(both)) return;
   found.Wrong(kWatchdogZero,
               {{"register", arg::Register(esc::kProcessWatchdog)}, {"sync_manager", NumberOf(kOutputs)}});
+}
+
+/// A watchdog that nothing triggers expires soon: a slave that held OP for longer does not read it. A pause of the
+/// outputs is a nearer reason.
+void CheckTrigger(const Case& of, Outcome& found) {
+  if (of.refusal.code != esc::al_code::kWatchdog || !found.none() || !of.ExchangeCounts()) return;
+  if (!of.requested() && of.refusal.shown > of.refusal.held_since + threshold::kShortlyFrames) return;
+  const auto outputs = of.manager(kOutputs);
+  if (!outputs || !outputs->enabled() || outputs->length == 0 || outputs->watchdog_trigger()) return;
+  if (outputs->direction() != esc::SmDirection::ECAT_WRITES || !of.Applied(of.manager_changed(kOutputs))) return;
+  const model::ProcessTraffic& traffic = of.model.outputs;
+  if (traffic.since.exchanged == 0) return;
+  const bool timed = traffic.last.has_time && of.refusal.time;
+  if (timed && Elapsed(traffic.last.time, *of.refusal.time) > threshold::kNoPauseNs) return;
+  found.May(kNoTrigger, {{"sync_manager", NumberOf(kOutputs)}, {"control", arg::Hex(outputs->control, 2)}});
 }
 
 }  // namespace ecaudit::refusal

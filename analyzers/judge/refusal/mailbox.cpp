@@ -36,6 +36,17 @@ bool MailboxFits(const Case& of) {
          });
 }
 
+/// The master may have set a mailbox all the same.
+void AddNoBootstrap(const Case& of, Outcome& found) {
+  Arguments arguments;
+  for (std::size_t n = 0; n < 2 && arguments.empty(); ++n) {
+    const auto manager = of.manager(n);
+    if (manager && manager->length == 0) arguments.Set("sync_manager", NumberOf(n));
+  }
+  const bool must = found.reason != nullptr || !arguments.empty();
+  found.Add(must, kNoBootstrapInEeprom, std::move(arguments));
+}
+
 }  // namespace
 
 void CheckMailboxSet(const Case& of, Outcome& found) {
@@ -96,6 +107,7 @@ void CheckMailboxFirmware(const Case& of, Outcome& found) {
 
 void CheckBootstrap(const Case& of, Outcome& found) {
   const MailboxWords words{of.sii.header.bootstrap_receive, of.sii.header.bootstrap_send};
+  if (words[0] && words[1] && words[0]->size == 0 && words[1]->size == 0) return AddNoBootstrap(of, found);
   for (std::size_t n = 0; n < words.size(); ++n) {
     const auto manager = of.manager(n);
     if (!manager || !manager->enabled() || !words[n] || words[n]->size == 0) continue;

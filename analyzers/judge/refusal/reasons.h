@@ -38,6 +38,11 @@ inline constexpr Reason kNoMailboxInEeprom{
     "The EEPROM names no mailbox: words 0x0018 to 0x001B (offset and size) are 0[, but word 0x001C names "
     "{protocols}][ and its sync manager category has SM{sync_manager} with {bytes} for a mailbox]. A master that "
     "uses these words sets no mailbox."};
+inline constexpr Reason kNoBootstrapInEeprom{
+    "no-bootstrap-in-eeprom", "the EEPROM names no bootstrap mailbox",
+    "The EEPROM names no bootstrap mailbox: words 0x0014 to 0x0017 (offset and size) are 0. A master that uses these "
+    "words sets no mailbox for BOOT[: SM{sync_manager} has length 0]. Write the EEPROM image that belongs to the "
+    "firmware, or set the mailbox that the firmware has in BOOT."};
 inline constexpr Reason kBootstrapMailbox{
     "bootstrap-mailbox", "not the bootstrap mailbox of the EEPROM",
     "SM{sync_manager} has start {start} and length {length}. The bootstrap mailbox of the EEPROM (words 0x0014 to "
@@ -53,6 +58,12 @@ inline constexpr Reason kLrwUnsupported{
     "lrw-not-supported", "the slave does not support LRW",
     "The master uses LRW, but the slave controller does not support LRW ({source}). {missed} with its process data "
     "came back without its working counter[ since {since}]. Use LRD and LWR."};
+inline constexpr Reason kLrwApart{
+    "lrw-of-separate-data", "LRW needs FMMUs that overlap",
+    "The slave controller has type 0x90 (0x0000, TI PRU-ICSS), and its FMMUs map outputs and inputs to different "
+    "logical addresses. Older firmware of these controllers does not support that with LRW. {missed} with its process "
+    "data came back without its working counter. This may be the reason: use LRD and LWR, or map both to the same "
+    "address."};
 inline constexpr Reason kOutputsNotAccepted{
     "outputs-not-accepted", Word{"no-outputs", "no outputs reach the slave"},
     "The slave accepted no outputs since {since}: the working counter of {missed} does not count them (the last in "
@@ -76,6 +87,11 @@ inline constexpr Reason kWatchdogZero{
     "watchdog-zero", "watchdog time is 0",
     "The process data watchdog time {register} is 0, but SM{sync_manager} triggers the watchdog (bit 6 of its "
     "control byte)."};
+inline constexpr Reason kNoTrigger{
+    "no-watchdog-trigger", "SM2 triggers no watchdog",
+    "Bit 6 of the control byte of SM{sync_manager} is 0 ({control}): its data do not restart the process data "
+    "watchdog. Firmware that reads the watchdog (0x0440) then sees it expired, although outputs arrive. This may be "
+    "the reason: set bit 6, and correct the sync manager in EEPROM and ESI."};
 inline constexpr Reason kSyncLeftOn{
     "sync-left-on", "SYNC0 left on by the last run",
     "SYNC0 was active in the run before (0x0981, [{?on_written}set][{!on_written}shown] in {on_frame}). The master "
@@ -145,6 +161,11 @@ inline constexpr Reason kSyncTypeDiffers{
     "{object} is {type}, but {pulse} is [{?active}active][{!active}not active] ([0x0981 is "
     "{activation}][{!activation}the capture shows no write to 0x0981 since {since}, where the set-up began]). This "
     "may be the reason."};
+inline constexpr Reason kSyncNeverSet{
+    "sync-never-set", "synchronisation was never set",
+    "The capture shows no write to 1C32h:1[{!activation} and none to 0x0981] since {since}, where the set-up began. "
+    "SYNC0 is off[ (0x0981 = {activation})], and the slave uses its default synchronisation type. If that needs SYNC0, "
+    "both do not fit, which may be the reason. Activate SYNC0, or write another type to 1C32h:1 and 1C33h:1."};
 inline constexpr Reason kSyncTypeRejected{"sync-type-rejected", "the type in 1C32h:1",
                                           "{object} is {type}, which this code rejects. This may be the reason."};
 inline constexpr Reason kRateDiffers{
@@ -173,6 +194,11 @@ inline constexpr Reason kModuleCountDiffers{
     "module-count-differs", "more or fewer modules than configured",
     "The master configured {configured} (F030h:0, {configured_frame}), the slave detected {detected:number} "
     "(F050h:0, {detected_frame})."};
+inline constexpr Reason kModulesUnset{
+    "modules-never-configured", "F030h was never written",
+    "The capture shows no write to F030h since {since}, where the set-up began. The slave compares the modules that "
+    "the master configures there with the detected ones (F050h). This may be the reason: write the module list in "
+    "PREOP."};
 inline constexpr NoteKind kEmergency{
     "emergency-names-setting",
     "The slave gives the reason in {emergency_frame} by emergency {error_code:number}: it rejects the {aspect} of "
@@ -183,13 +209,13 @@ template <class... Reasons>
 constexpr std::array<const NoteKind*, sizeof...(Reasons)> NotesOf(const Reasons&... reasons) {
   return {&reasons.note...};
 }
-inline constexpr std::array kNotes =
-    NotesOf(kMailboxNeverSet, kMailboxOff, kMailboxUnseen, kNoMailboxInEeprom, kBootstrapMailbox, kWriteIgnored,
-            kLrwUnsupported, kOutputsNotSent, kOutputsNotAccepted, kInputsNotRead, kMappedLength, kWatchdogZero,
-            kSyncLeftOn, kSyncOff, kSyncUnseen, kManagerUnseen, kSyncOffAtRequest, kSyncOn, kSyncCycleZero,
-            kSyncCycleTooShort, kSyncTypeDiffers, kSyncTypeRejected, kRateDiffers, kIntervalsMissed, kAtPulse,
-            kEepromHeld, kModuleDiffers, kModuleCountDiffers, kCountExceeds, kSyncCycleRejected, kSyncSettings,
-            kMailboxAsEeprom, kTypesSwapped, kNoPdoAssigned, kNothingAssigned, kEnabledWithoutLength, kSync1Off);
+inline constexpr std::array kNotes = NotesOf(
+    kMailboxNeverSet, kMailboxOff, kMailboxUnseen, kNoMailboxInEeprom, kNoBootstrapInEeprom, kBootstrapMailbox,
+    kWriteIgnored, kLrwUnsupported, kLrwApart, kOutputsNotSent, kOutputsNotAccepted, kInputsNotRead, kMappedLength,
+    kWatchdogZero, kNoTrigger, kSyncLeftOn, kSyncOff, kSyncUnseen, kManagerUnseen, kSyncOffAtRequest, kSyncOn,
+    kSyncCycleZero, kSyncCycleTooShort, kSyncTypeDiffers, kSyncTypeRejected, kRateDiffers, kIntervalsMissed, kAtPulse,
+    kEepromHeld, kModuleDiffers, kModuleCountDiffers, kModulesUnset, kSyncNeverSet, kCountExceeds, kSyncCycleRejected,
+    kSyncSettings, kMailboxAsEeprom, kTypesSwapped, kNoPdoAssigned, kNothingAssigned, kEnabledWithoutLength, kSync1Off);
 
 /// The notes of a rule together with these.
 template <std::size_t N>

@@ -50,13 +50,14 @@ constexpr std::array kAbout{
     About{{CheckOutputs}, {kFmmuRegisters, kOutputRegisters}},
     About{{CheckInputs}, {kFmmuRegisters, kInputRegisters}},
     About{{CheckWatchdog}, {kWatchdogRegisters, kOutputRegisters}},
+    About{{CheckTrigger}, {kOutputRegisters, kWatchdogRegisters}},
     About{{CheckTypeRejected, CheckSyncSettings}, {kSyncRegisters, kSyncParameters}},
     About{{CheckLeftOn}, {kClockRegisters, kSyncRegisters}},
-    About{{CheckSyncActive, CheckSyncUnsupported, CheckSyncTypes}, {kSyncRegisters, kSyncParameters}},
+    About{{CheckSyncActive, CheckSyncUnsupported, CheckSyncTypes, CheckSyncSet}, {kSyncRegisters, kSyncParameters}},
     About{{CheckSyncCycle}, {kSyncRegisters, kSyncParameters, kDriveCycle}},
     About{{CheckRate, CheckArrival}, {kSyncRegisters, kClockRegisters, kDriveCycle}},
     About{{CheckEepromOwner}, {kEepromRegisters}},
-    About{{CheckModules}, {kModuleObjects}},
+    About{{CheckModules, CheckModulesSet}, {kModuleObjects}},
 };
 
 /// What a slave checks at a request, for a code without a row.

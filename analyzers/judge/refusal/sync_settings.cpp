@@ -94,6 +94,16 @@ void CheckSyncUnsupported(const Case& of, Outcome& found) {
                         {"written", arg::Flag(active->written)}});
 }
 
+void CheckSyncSet(const Case& of, Outcome& found) {
+  const bool off = !of.sync0().value_or(true) && of.Applied(of.dc.activation_changed()) && of.SetUpIsSeen();
+  if (!found.none() || (!off && !of.SyncNeverSet())) return;
+  if (of.model.objects.Find(sync::kSyncObjects[0], sync::kSyncTypeEntry) != nullptr) return;
+  Arguments arguments{{"since", arg::Frame(of.state.set_up_since)}};
+  if (off) arguments.Set("activation", of.Activation());
+  std::erase(found.right, &kSyncInactive);  // only if the type fits
+  found.May(kSyncNeverSet, std::move(arguments));
+}
+
 void CheckSyncCycle(const Case& of, Outcome& found) {
   constexpr std::uint8_t kMinimumCycle = 5;
   const auto cycle = of.sync0_cycle_ns();

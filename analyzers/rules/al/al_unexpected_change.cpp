@@ -393,10 +393,13 @@ class AlUnexpectedChange final : public Rule {
     Reported& reported = reported_[index];
     if (reported.code) return;
     reported.code = code;
-    reported.reasons = FindRefusalReasons(context(), {.slave = reported.change.slave,
-                                                      .code = code,
-                                                      .shown = reported.change.frame.number,
-                                                      .held_since = reported.change.before_first});
+    const FrameRef& shown = reported.change.frame;
+    reported.reasons =
+        FindRefusalReasons(context(), {.slave = reported.change.slave,
+                                       .code = code,
+                                       .shown = shown.number,
+                                       .held_since = reported.change.before_first,
+                                       .time = shown.has_time ? std::optional<TimeNs>(shown.time) : std::nullopt});
     if (code == esc::al_code::kWatchdog && reported.reasons.reason == nullptr) AddPause(reported);
     Describe(context().store[index], reported);
     AddRelated(context().store[index], frame.number == context().store[index].first.number ? 0 : frame.number);
