@@ -256,6 +256,12 @@ bool NamesExchange(const RuleContext& context, const Finding& effect) {
   return NamesProcessData(context, effect) || HasCode(effect, {kNoInputs, kNoOutputs, kWatchdog, kNoInputsAndOutputs});
 }
 
+/// The slave refused OP, and its code names something else than process data.
+bool NamesNoExchange(const RuleContext& context, const Finding& cause) {
+  const auto code = NumberOf(cause, "al_status_code");
+  return code && *code > esc::al_code::kUnspecified && !NamesExchange(context, cause);
+}
+
 /// The code is about the synchronisation mode or its cycle.
 bool NamesSyncSettings(const RuleContext&, const Finding& effect) {
   using namespace esc::al_code;
@@ -409,8 +415,9 @@ struct Law {
   TimeNs within = 0;  ///< after the cause's last frame; < 0: however long after it began, or kWhileItLasts
   bool (*holds)(const RuleContext&, const Finding& effect) = nullptr;  ///< further condition on the effect
   Bus of_bus = Bus::kNo;
-  bool (*fits)(const Finding& effect, const Finding& cause) = nullptr;  ///< condition on both
-  bool by_warning = false;                                              ///< a warning may cause an error
+  bool (*fits)(const Finding& effect, const Finding& cause) = nullptr;      ///< condition on both
+  bool by_warning = false;                                                  ///< a warning may cause an error
+  bool (*cause_holds)(const RuleContext&, const Finding& cause) = nullptr;  ///< further condition on the cause
 };
 
 /// The slave gave a code, and no setting explains it.
@@ -456,6 +463,25 @@ bool ShowsOtherActualValue(const Finding& effect, const Finding& cause) {
   return ShowsOther(effect, cause, 0x6064) || ShowsOther(effect, cause, 0x606C) || ShowsOther(effect, cause, 0x6077);
 }
 
+/// Slaves may take outputs in OP only: what does not count in SAFEOP, after that refusal of OP, follows from it.
+bool IsRefusedOp(const Finding& effect, const Finding& cause) {
+  constexpr auto kOperational = static_cast<std::int64_t>(esc::AlState::OP);
+  const bool outputs = CodeOf(effect, "direction") == "outputs" && effect.arguments.Has("request_frame");
+  return outputs && effect.kind->name == "never-counted" && StateOf(cause, "requested") == kOperational;
+}
+
+/// It stands still in a mode with a set point for each cycle, which some drives take at SYNC0 only.
+bool IsCyclicMode(const RuleContext&, const Finding& effect) {
+  return effect.arguments.Has("cyclic");
+}
+
+/// SYNC0 is on, and the slave shows a type without it.
+bool IsTypeWithoutSync0(const Finding&, const Finding& cause) {
+  constexpr std::int64_t kSync0 = 0x02;
+  return cause.kind != nullptr && cause.kind->name == "type" &&
+         (NumberOf(cause, "activation").value_or(0) & kSync0) != 0;
+}
+
 /// The outputs that the watchdog misses are the ones that never counted.
 bool CountsNoOutputs(const Finding&, const Finding& cause) {
   return CodeOf(cause, "direction") != "inputs";
@@ -479,6 +505,9 @@ constexpr std::array kLaws{
     Law{"drive-fault", "sync-switched-off", kSoon, NamesSynchronisationLoss},
     Law{"emcy-received", "frame-lost", kSoon, NamesSynchronisationLoss, Bus::kYes},
     Law{"drive-fault", "frame-lost", kSoon, GivesNoReason, Bus::kYes},
+    Law{"drive-fault", "wkc-one-buffer", kSoon, GivesNoReason, Bus::kNo, nullptr, true},
+    Law{"emcy-received", "wkc-one-buffer", kSoon, NamesSynchronisationLoss, Bus::kNo, nullptr, true},
+    Law{"al-unexpected-change", "wkc-one-buffer", kSoon, NamesSynchronisationOrWatchdog, Bus::kNo, nullptr, true},
     Law{"al-refused", "sync-start-in-past", kLater, NamesSynchronisationByCode},
     Law{"al-refused", "sync-cycle-mismatch", -1, NamesSynchronisationByCode},
     Law{"al-refused", "sync-cycle-unsupported", -1, NamesSynchronisationByCode},
@@ -528,6 +557,7 @@ constexpr std::array kLaws{
     Law{"al-refused", "wkc-never-right", -1, NamesWatchdog},
     Law{"al-unexpected-change", "wkc-never-right", -1, NamesWatchdog},
     Law{"al-timeout", "wkc-never-right", -1, RequestsOp},
+    Law{"wkc-never-right", "al-refused", -1, nullptr, Bus::kNo, IsRefusedOp, false, NamesNoExchange},
     Law{"sync-watchdog-margin", "wkc-never-right", -1, nullptr, Bus::kNo, CountsNoOutputs},
     Law{"wkc-never-right", "fmmu-mismatch", -1},
     Law{"wkc-never-right", "sm-process-config", -1},
@@ -544,6 +574,7 @@ constexpr std::array kLaws{
     Law{"drive-mode-not-shown", "drive-not-commanded", -1, nullptr, Bus::kNo, Overlaps},
     Law{"drive-not-commanded", "pdo-object-type", -1},
     Law{"drive-not-following", "drive-not-commanded", -1, nullptr, Bus::kNo, Overlaps},
+    Law{"drive-not-following", "sync-type-mismatch", kWhileItLasts, IsCyclicMode, Bus::kNo, IsTypeWithoutSync0, true},
     Law{"drive-not-following", "drive-setpoint-jump", kSoon, nullptr, Bus::kNo, PrecedesOnAxis},
     Law{"drive-fault", "drive-setpoint-jump", kSoon, nullptr, Bus::kNo, IsFaultOfMotion, true},
     Law{"drive-fault", "drive-not-following", kSoon, nullptr, Bus::kNo, IsFaultOfMotion, true},
@@ -611,6 +642,7 @@ void JoinConsequences(RuleContext& context) {
         if (law.within < 0 && BegunBy(cause) > over) continue;
         if (law.within >= 0 && !Follows(context, effect.slave, moment, cause, law.within)) continue;
         if (law.fits != nullptr && !law.fits(effect, cause)) continue;
+        if (law.cause_holds != nullptr && !law.cause_holds(context, cause)) continue;
         if (LeadsTo(findings, c, e)) continue;
         // The last one that had begun before the effect.
         if (best == kNoFinding || BegunBy(cause) > BegunBy(findings[best])) best = c;

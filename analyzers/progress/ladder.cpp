@@ -89,15 +89,30 @@ bool IsOneOf(std::span<const std::string_view> codes, std::string_view code) {
   return std::find(codes.begin(), codes.end(), code) != codes.end();
 }
 
+/// A warning that rests on an assumption is reported, and decides nothing.
+bool Decides(const Finding& finding) {
+  if (finding.severity == Severity::kInfo) return false;
+  return finding.confidence != Confidence::kInferred || finding.severity == Severity::kError;
+}
+
+/// What keeps the slave or axis from a rung: `root`, or the first of its consequences that is more than an assumption.
+FindingIndex DecidingOf(const AnalysisResult& result, FindingIndex root) {
+  if (Decides(result.findings[root])) return root;
+  for (FindingIndex i = 0; i < result.findings.size(); ++i) {
+    if (Decides(result.findings[i]) && RootOf(result, i) == root) return i;
+  }
+  return kNoFinding;
+}
+
 void Mark(const Ladder& ladder, AnalysisResult& result) {
   for (const Rung& rung : ladder.rungs) {
     const bool failed = rung.status == RungStatus::kNotReached || rung.status == RungStatus::kLost;
     if (!failed || rung.held_by >= result.findings.size()) continue;
     if (IsOneOf(kRungsOfTheEnd, rung.rung->code)) result.findings[rung.held_by].until = Finding::kCaptureEnds;
     if (!IsOneOf(kRungsOfWarnings, rung.rung->code)) continue;
-    Finding& finding = result.findings[rung.held_by];
-    // A warning that rests on an assumption is reported, and decides nothing.
-    if (finding.confidence == Confidence::kInferred && finding.severity != Severity::kError) continue;
+    const FindingIndex deciding = DecidingOf(result, rung.held_by);
+    if (deciding == kNoFinding) continue;
+    Finding& finding = result.findings[deciding];
     if (finding.holds.empty() && !finding.severity_is_lowered) finding.holds = rung.rung->code;
   }
 }

@@ -12,6 +12,7 @@ inline constexpr Word kLengthsFit{"sync-manager-lengths", "the lengths of SM2 an
 
 /// What CheckArrival finds to be right.
 inline constexpr Word kArrivalFits{"arrival", "one frame with process data in each SYNC0 interval"};
+inline constexpr Word kRateFits{"rate", "the cycle of the process data against SYNC0"};
 
 // mailbox.cpp: the mailbox against what the slave needs.
 

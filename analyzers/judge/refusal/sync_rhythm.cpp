@@ -8,8 +8,6 @@
 namespace ecaudit::refusal {
 namespace {
 
-constexpr Word kRate{"rate", "the cycle of the process data against SYNC0"};
-
 /// A slave counts what it misses before it leaves OP. One that ran for long did not leave because of its rhythm.
 bool HadNoTimeToShow(const Case& of) {
   if (of.requested()) return of.Counts(of.sync_changed());
@@ -47,7 +45,7 @@ void CheckRate(const Case& of, Outcome& found) {
     case RateVerdict::kNothing:
       return;
     case RateVerdict::kRight:
-      return found.Right(kRate);
+      return found.Right(kRateFits);
     case RateVerdict::kDiffers:
       if (!one_per_cycle) arguments.Set("neither", arg::Flag());
       break;

@@ -75,7 +75,7 @@ void CheckSyncActive(const Case& of, Outcome& found) {
 
 void CheckSync1(const Case& of, Outcome& found) {
   const FrameNo changed = of.dc.activation_changed();
-  const bool off = found.Has(kSyncActive) && found.Has(kArrivalFits) && !of.sync1();
+  const bool off = found.Has(kSyncActive) && (found.Has(kArrivalFits) || found.Has(kRateFits)) && !of.sync1();
   if (!found.none() || !off || !of.requested() || !of.Counts(changed)) return;
   Arguments arguments{{"activation", of.Activation()}};
   if (changed != 0) arguments.Set("write_frame", arg::Frame(changed));

@@ -7,6 +7,7 @@
 #include "analyzers/judge/lrw_support.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/wkc/one_buffer.h"
 #include "analyzers/model/bus_model.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/process_image.h"
@@ -74,10 +75,11 @@ constexpr FindingKind kOneBuffer{
     .message =
         R"(The slave counts in none of {frames} ({command}) that hold its {direction}, from {frame} to {last_frame}.
 SM{sync_manager} has one buffer. So the slave counts only if its application has [{?inputs}filled][{!inputs}emptied] it since
-the last datagram.[{?others} The working counter is what the other slaves count in OP.])",
+the last datagram.[{?others} The working counter is what the other slaves count in OP.][{?no_sync0} SYNC0 is off in this
+slave.])",
     .next =
-        R"(Check that the application (processor) of the slave runs. If the slave allows it, use three buffers (control byte
-of SM{sync_manager}, bits 0 and 1).)",
+        R"(Check that the application (processor) of the slave runs.[{?no_sync0} Many with one buffer exchange their data
+at SYNC0: activate it.] If the slave allows it, use three buffers (control byte of SM{sync_manager}, bits 0 and 1).)",
     .identity = "direction"};
 
 constexpr const FindingKind* kKinds[] = {&kNoLrw, &kNever, &kNone, &kElsewhere, &kOneBuffer};
@@ -116,7 +118,7 @@ is an error (`elsewhere`).
 A sync manager with one buffer counts only if the application has filled (or emptied) it. If only the sum shows that
 it never does, the finding is an inferred warning (`one-buffer`):
 
-- All slaves are in OP, and only this one has such a buffer.
+- All slaves in the datagram are in OP, and only this one has such a buffer.
 - For at least 1 s, in at least 20 datagrams, the working counter is what the others count.
 
 In SAFEOP without such a request the finding is a warning. The reason is the use of LRW if the datagrams are LRW and
@@ -182,7 +184,9 @@ class WkcNeverRight final : public Rule {
   void Finish() override {
     if (NotEvaluableWithoutReturns()) return;
     for (const auto& [id, watched] : slaves_) Evaluate(id, watched);
-    for (const auto& [id, buffer] : one_buffers_) EvaluateOneBuffer(id, buffer);
+    for (const auto& [id, buffers] : one_buffers_) {
+      for (std::size_t way = 0; way < buffers.size(); ++way) EvaluateOneBuffer(id, buffers[way], way == 1);
+    }
     if (earlier_ || Lasts(bus_)) EvaluateBus(earlier_ ? *earlier_ : bus_);
   }
 
@@ -242,8 +246,8 @@ class WkcNeverRight final : public Rule {
       const bool lrw = frames.command == wire::Command::LRW;
       const bool no_lrw = lrw && features && (*features & kNoLrwBit) != 0;
       const auto found = one_buffers_.find(id);
-      const bool one_buffer =
-          found != one_buffers_.end() && !found->second.counted && found->second.outputs == (way == 0);
+      OneBuffer* const buffer = found == one_buffers_.end() ? nullptr : &found->second[way];
+      const bool one_buffer = buffer != nullptr && buffer->manager && !buffer->counted;
       Finding finding = Found(no_lrw ? kNoLrw : one_buffer ? kOneBuffer : kNever, id, frames.first);
       finding.last = frames.last;
       finding.Set("state", arg::State(watched.state)).Set("frames", arg::Count(frames.count, "datagram"));
@@ -260,18 +264,18 @@ class WkcNeverRight final : public Rule {
       finding.Set("direction", arg::Of(way == 0 ? kOutputs : kInputs))
           .Set("command", arg::Text(wire::Name(frames.command)));
       if (one_buffer) {
-        finding.Set("inputs", arg::Flag(way == 1)).Set("sync_manager", arg::Number(found->second.manager));
-        found->second.counted = true;  // nothing more to report
+        finding.Set("inputs", arg::Flag(way == 1)).Set("sync_manager", arg::Number(*buffer->manager));
+        if (wkc::IsSync0Off(context(), id)) finding.Set("no_sync0", arg::Flag());
+        buffer->counted = true;  // nothing more to report
       }
       (void)Report(2 + way, severity, std::move(finding));
     }
   }
 
-  /// The only slave whose part in a datagram is open, because it has one buffer.
+  /// A part in datagrams that is open, because its sync manager has one buffer.
   struct OneBuffer {
+    std::optional<std::uint8_t> manager;
     Missed missed;
-    bool outputs = false;
-    std::uint8_t manager = 0;
     bool counted = false;
   };
 
@@ -301,39 +305,38 @@ class WkcNeverRight final : public Rule {
   void WatchOneBuffer(const track::LogicalAccess& e) {
     const model::LogicalExpectation& expected = context().bus().Expect(e);
     const model::CounterRange range = context().bus().RangeFor(expected, e.command);
-    if (range.least == range.most || !expected.complete || e.wkc < range.least || e.wkc > range.most) return;
-    const model::LogicalShare* open = nullptr;
+    if (range.least == range.most) return;  // nearly always
     for (const model::LogicalShare& share : expected.shares) {
-      if (!context().slave(share.slave).al.SettledIn(esc::AlState::OP)) return;
-      if (!share.inputs_one_buffer && !share.outputs_one_buffer) continue;
-      if (open != nullptr || (share.inputs_one_buffer && share.outputs_one_buffer)) return;
-      open = &share;
+      if (share.outputs_one_buffer) one_buffers_[share.slave][0].manager = share.outputs_one_buffer;
+      if (share.inputs_one_buffer) one_buffers_[share.slave][1].manager = share.inputs_one_buffer;
     }
-    if (open == nullptr) return;
-    OneBuffer& buffer = one_buffers_[open->slave];
-    buffer.outputs = open->outputs_one_buffer.has_value();
-    buffer.manager = buffer.outputs ? *open->outputs_one_buffer : *open->inputs_one_buffer;
-    if (e.wkc > range.least) buffer.counted = true;
-    if (buffer.counted) return;
-    buffer.missed.Add(e);
+    const auto use = wkc::UseOfOneBuffer(context(), e);
+    if (!use) return;
+    auto& buffers = one_buffers_[use->slave];
+    for (std::size_t way = 0; way < buffers.size(); ++way) {
+      if (!use->ways[way].manager) continue;
+      if (use->ways[way].counted) buffers[way].counted = true;
+      if (!buffers[way].counted) buffers[way].missed.Add(e);
+    }
   }
 
-  void EvaluateOneBuffer(SlaveId id, const OneBuffer& buffer) {
+  void EvaluateOneBuffer(SlaveId id, const OneBuffer& buffer, bool inputs) {
     const Missed& missed = buffer.missed;
     if (buffer.counted || missed.count < kLeast || !missed.first.has_time || !missed.last.has_time) return;
     if (Elapsed(missed.first.time, missed.last.time) < kLongOneBuffer) return;
     const model::SlaveModel& model = context().slave(id);
-    if ((buffer.outputs ? model.outputs : model.inputs).exchanged > 0) return;
+    if ((inputs ? model.inputs : model.outputs).exchanged > 0) return;
     Finding finding = Found(kOneBuffer, id, missed.first);
     finding.confidence = Confidence::kInferred;
     finding.last = missed.last;
     finding.Set("frames", arg::Count(missed.count, "datagram"))
         .Set("command", arg::Text(wire::Name(missed.command)))
-        .Set("direction", arg::Of(buffer.outputs ? kOutputs : kInputs))
-        .Set("inputs", arg::Flag(!buffer.outputs))
+        .Set("direction", arg::Of(inputs ? kInputs : kOutputs))
+        .Set("inputs", arg::Flag(inputs))
         .Set("others", arg::Flag())
-        .Set("sync_manager", arg::Number(buffer.manager));
-    (void)Report(5, Severity::kWarning, std::move(finding));
+        .Set("sync_manager", arg::Number(*buffer.manager));
+    if (wkc::IsSync0Off(context(), id)) finding.Set("no_sync0", arg::Flag());
+    (void)Report(inputs ? 6 : 5, Severity::kWarning, std::move(finding));
   }
 
   /// A slave that exchanges process data by its AL state.
@@ -399,11 +402,11 @@ class WkcNeverRight final : public Rule {
 
   static constexpr Word kOutputs{"outputs", "outputs", true};
   static constexpr Word kInputs{"inputs", "inputs", true};
-  std::map<SlaveId, Watched> slaves_;  // those that OP was requested of, or that did not count
-  std::map<SlaveId, OneBuffer> one_buffers_;
-  Bus bus_;                         ///< since the bus was started up
-  std::optional<Bus> earlier_;      ///< before that
-  std::optional<SlaveId> witness_;  ///< in SAFEOP or OP now
+  std::map<SlaveId, Watched> slaves_;                        // those that OP was requested of, or that did not count
+  std::map<SlaveId, std::array<OneBuffer, 2>> one_buffers_;  ///< outputs, inputs
+  Bus bus_;                                                  ///< since the bus was started up
+  std::optional<Bus> earlier_;                               ///< before that
+  std::optional<SlaveId> witness_;                           ///< in SAFEOP or OP now
   unsigned looked_ = 0;
 };
 

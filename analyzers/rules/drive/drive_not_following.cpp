@@ -241,6 +241,7 @@ class DriveNotFollowing final : public AxisRule {
   /// Some drives follow the set points of the cyclic modes only with SYNC0.
   void NameSync(Finding& finding, const progress::AxisRecord& record) const {
     if (record.fact != progress::AxisFact::kStandsStill || record.mode.value_or(0) < progress::kInterpolated) return;
+    finding.Set("cyclic", arg::Flag());
     const sync::DcUnit& unit = context().sync().dc(finding.slave);
     if (!unit.activation() || unit.activation()->active()) return;
     finding.Set("sync_off", arg::Flag());

@@ -23,8 +23,9 @@ constexpr FindingKind kType{
     .name = "type",
     .title = "{object} = {type}, but {pulse} is [{?active}on][{!active}off]",
     .message =
-        R"(When {frame} shows OP, {object} (synchronisation type) is {type}, as the master [{?written}wrote][{!written}read]
-in {value_frame}. {pulse} is [{?active}on][{!active}off] (0x0981 = {activation}). [{?active}With this type a
+        R"([{?in_op}In OP the master reads {object} (synchronisation type) in {frame}: it is {type}.][{!in_op}When {frame}
+shows OP, {object} (synchronisation type) is {type}, as the master [{?written}wrote][{!written}read] in {value_frame}.]
+{pulse} is [{?active}on][{!active}off] (0x0981 = {activation}). [{?active}With this type a
 slave does not take its outputs at SYNC0.][{!active}With this type a slave waits for a pulse that does not come.])",
     .next =
         R"([{?active}Set {object} to 2 (SYNC0), or leave it to the slave. Without distributed clocks, write 0 to 0x0981.]
@@ -89,8 +90,8 @@ A slave of type "SYNC0" without pulses does not output anything, or drops to SAF
 the axis. The counters are the slave's own record of its cycles.
 
 ## How it is decided
-- The value that counts is the last one before OP that the master wrote, or read after SYNC0 was set. Slaves change the
-  type themselves when SYNC0 is switched on: what was read before shows nothing.
+- The value that counts is the last one before OP that the master wrote, or read after SYNC0 was set, and what it reads
+  in OP. Slaves change the type themselves when SYNC0 is switched on: what was read before shows nothing.
 - The slave reached OP with the type and the cycle and may not use the object: such findings are inferred.
 - With SYNC0 on and 1C32h:1 not in the capture, the rule is not evaluated.
 - A counter has to rise between two reads in OP. What it counted before the first one may be old.
@@ -132,10 +133,11 @@ class SyncTypeMismatch final : public Rule {
     const auto& activation = context().sync().dc(e.slave).activation();
     const bool by_pulse = activation && activation->sync0();
     if (by_pulse && ValueOf(e.slave, sync::kSyncObjects[0], sync::kSyncTypeEntry) == nullptr) {
-      NotEvaluable(e.slave, ReasonCode::kNotRead, kTypeOfOutputs, e.frame.number);
+      unread_.try_emplace(e.slave, e.frame.number);
     }
     for (const std::uint16_t object : sync::kSyncObjects) {
-      if (activation) CheckType(e, object, *activation);
+      const model::ObjectValue* type = ValueOf(e.slave, object, sync::kSyncTypeEntry);
+      if (activation && type != nullptr) CheckType(e.slave, e.frame, object, *type, *activation, false);
       CheckSupported(e, object);
       CheckCycle(e, object);
     }
@@ -148,13 +150,22 @@ class SyncTypeMismatch final : public Rule {
     if (e.index != sync::kSyncObjects[0] && e.index != sync::kSyncObjects[1]) return;
     if (!context().slave(e.slave).al.SettledIn(esc::AlState::OP)) return;
     const std::uint64_t value = UnsignedOf(e.data);
+    const auto& activation = context().sync().dc(e.slave).activation();
+    if (e.subindex == sync::kSyncTypeEntry && activation) {
+      if (e.index == sync::kSyncObjects[0]) unread_.erase(e.slave);
+      const model::ObjectValue read{.raw = value, .since = e.response.number};
+      CheckType(e.slave, e.response, e.index, read, *activation, true);
+    }
     if (e.subindex == kErrorEntry && (value & 1U) != 0) ReportError(e);
     for (const Counter& counter : kCounters) {
       if (counter.entry == e.subindex) CheckCounter(e, counter, value);
     }
   }
 
-  void Finish() override { (void)NotEvaluableWithoutReturns(); }
+  void Finish() override {
+    if (NotEvaluableWithoutReturns()) return;
+    for (const auto& [slave, frame] : unread_) NotEvaluable(slave, ReasonCode::kNotRead, kTypeOfOutputs, frame);
+  }
 
  private:
   [[nodiscard]] const model::ObjectValue* ValueOf(SlaveId slave, std::uint16_t object, std::uint8_t entry) const {
@@ -175,25 +186,26 @@ class SyncTypeMismatch final : public Rule {
     return finding;
   }
 
-  void CheckType(const model::AlAnswered& e, std::uint16_t object, const esc::SyncActivation& activation) {
-    const model::ObjectValue* type = ValueOf(e.slave, object, sync::kSyncTypeEntry);
-    if (type == nullptr || !sync::IsKnownSyncType(type->raw)) return;
-    const bool after = type->since > context().sync().dc(e.slave).activation_changed();
-    if (!type->written && !after) return;
-    const auto by = static_cast<sync::SyncType>(type->raw);
+  void CheckType(SlaveId slave, const FrameRef& frame, std::uint16_t object, const model::ObjectValue& type,
+                 const esc::SyncActivation& activation, bool in_op) {
+    if (!sync::IsKnownSyncType(type.raw)) return;
+    const bool after = in_op || type.since > context().sync().dc(slave).activation_changed();
+    if (!type.written && !after) return;
+    const auto by = static_cast<sync::SyncType>(type.raw);
     const bool by_pulse = sync::NeedsPulses(by);
     const bool active = by == sync::SyncType::kSync1 ? activation.sync1() : activation.sync0();
     // Inputs may follow the outputs, or be read whenever: that is no fault while SYNC0 is on.
     if (by_pulse == active || (activation.sync0() && object != sync::kSyncObjects[0])) return;
-    if (Repeat(e.slave, KeyOf(0, object, sync::kSyncTypeEntry), e.frame) != kNoFinding) return;
-    Finding finding = FindingOf(kType, e.slave, e.frame, object, sync::kSyncTypeEntry, *type);
+    if (Repeat(slave, KeyOf(0, object, sync::kSyncTypeEntry), frame) != kNoFinding) return;
+    Finding finding = FindingOf(kType, slave, frame, object, sync::kSyncTypeEntry, type);
     finding
         .Set("type",
-             arg::Number(static_cast<std::int64_t>(type->raw), sync::Name(static_cast<sync::SyncType>(type->raw))))
-        .Set("written", arg::Flag(type->written))
+             arg::Number(static_cast<std::int64_t>(type.raw), sync::Name(static_cast<sync::SyncType>(type.raw))))
+        .Set("written", arg::Flag(type.written))
         .Set("active", arg::Flag(active))
         .Set("pulse", arg::Of(PulseOf(by)))
         .Set("activation", arg::Hex(activation.raw, 2));
+    if (in_op) finding.Set("in_op", arg::Flag());
     Report(KeyOf(0, object, sync::kSyncTypeEntry), std::move(finding));
   }
 
@@ -261,6 +273,7 @@ class SyncTypeMismatch final : public Rule {
   static constexpr std::size_t kMostCounters = 4096;
   /// By slave, object and subindex: value as last read in OP, and its frame.
   std::map<std::tuple<SlaveId, std::uint16_t, std::uint8_t>, std::pair<std::uint64_t, FrameNo>> counted_;
+  std::map<SlaveId, FrameNo> unread_;  ///< in OP by SYNC0 without a known type, and the frame that shows OP
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncTypeMismatch>};
