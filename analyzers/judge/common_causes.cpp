@@ -8,9 +8,11 @@
 #include <string>
 #include <string_view>
 
+#include "analyzers/judge/drive_knowledge.h"
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/progress/axis_view.h"
 #include "analyzers/sync/sync_model.h"
 #include "analyzers/sync/sync_type.h"
 #include "decoder/base/time.h"
@@ -115,8 +117,15 @@ bool GivesNoReason(const RuleContext&, const Finding& effect) {
   return !effect.arguments.Has("fault_code") && effect.arguments.Has("state_before");
 }
 
+/// The code of the drive, by the standard, is about its synchronisation controller (0x87xx).
+bool NamesSyncController(const RuleContext&, const Finding& effect) {
+  const auto code = NumberOf(effect, effect.rule == "drive-fault" ? "fault_code" : "error_code");
+  return code && *code >> 8U == 0x87;
+}
+
 /// The drive's own word for what happened, if it gave one, is that it lost synchronisation.
 bool NamesSynchronisationLoss(const RuleContext& context, const Finding& effect) {
+  if (NamesSyncController(context, effect)) return true;
   if (effect.rule == "drive-fault") return GivesNoReason(context, effect);
   const auto& names = context.slave(effect.slave).profile->sync.lost_faults;
   return std::ranges::find(names, CodeOf(effect, "id")) != names.end();
@@ -368,19 +377,38 @@ bool Overlaps(const Finding& effect, const Finding& cause) {
          effect.first.number <= cause.last.number + kNearby;
 }
 
-/// Both are of one axis, and the effect is a fault that a motion brings: the drive gives no reason, or a standard one
-/// of current (0x23xx), velocity or position control (0x84xx to 0x86xx).
-bool IsFaultOfMotion(const Finding& effect, const Finding& cause) {
-  if (effect.axis != cause.axis || cause.first.number > effect.first.number) return false;
+/// A fault that a motion or its command may bring: the drive gives no reason, or one that speaks of it.
+bool IsFaultOfMotion(const RuleContext& context, const Finding& effect) {
   const auto code = NumberOf(effect, "fault_code");
   if (!code) return effect.arguments.Has("state_before");
-  const std::int64_t group = *code >> 8U;
-  return group == 0x23 || (group >= 0x84 && group <= 0x86);
+  return MayComeOfCommand(*context.slave(effect.slave).profile, *code);
+}
+
+/// An axis that does not move in a mode whose set points a drive takes at SYNC0: interpolated or cyclic synchronous.
+bool StandsStillInSync(const RuleContext&, const Finding& effect) {
+  return effect.kind != nullptr && effect.kind->name == "stands-still" &&
+         NumberOf(effect, "mode").value_or(0) >= progress::kInterpolated;
+}
+
+/// An emergency of such a fault.
+bool IsEmergencyOfMotion(const RuleContext& context, const Finding& effect) {
+  const auto code = NumberOf(effect, "error_code");
+  return code && MayComeOfCommand(*context.slave(effect.slave).profile, *code);
 }
 
 /// Both are of one axis.
 bool PrecedesOnAxis(const Finding& effect, const Finding& cause) {
   return effect.axis == cause.axis && Precedes(effect, cause);
+}
+
+/// The drive left Operation enabled when its mode changed.
+bool IsModeNotAccepted(const Finding& effect, const Finding& cause) {
+  return cause.kind != nullptr && cause.kind->name == "leaves-enabled" && BegunBy(cause) <= effect.first.number;
+}
+
+/// A drive that is not ready, without the supply of its motor for example, shows no mode.
+bool NotReady(const Finding& effect, const Finding& cause) {
+  return cause.kind != nullptr && cause.kind->name == "not-ready" && Overlaps(effect, cause);
 }
 
 /// Process data that never arrive hinder OP, no state before it.
@@ -432,7 +460,8 @@ bool NamesNoSlave(const RuleContext&, const Finding& effect) {
 
 /// SYNC0 is off.
 bool MissesSync0(const RuleContext&, const Finding& effect) {
-  return CodeOf(effect, "reason") == "sync-off" || CodeOf(effect, "reason") == "sync-unseen";
+  constexpr std::array<std::string_view, 3> kOff{"sync-off", "sync-unseen", "sync-needed"};
+  return std::ranges::find(kOff, CodeOf(effect, "reason")) != kOff.end();
 }
 
 /// The master wrote to the SYNC unit, but to a station address that no slave has.
@@ -503,14 +532,21 @@ constexpr std::array kLaws{
     Law{"emcy-received", "sync-watchdog-margin", kSoon, NamesSynchronisationLoss},
     Law{"emcy-received", "sync-switched-off", kLater, NamesSynchronisationLoss},
     Law{"drive-fault", "sync-switched-off", kSoon, NamesSynchronisationLoss},
+    Law{"emcy-received", "sync-cycle-mismatch", -1, NamesSynchronisationLoss},
+    Law{"emcy-received", "sync-window-violation", kLater, NamesSynchronisationLoss, Bus::kNo, Precedes, true},
+    Law{"emcy-received", "sync-rate-deviation", kLater, NamesSynchronisationLoss, Bus::kNo, Precedes, true},
     Law{"emcy-received", "frame-lost", kSoon, NamesSynchronisationLoss, Bus::kYes},
     Law{"drive-fault", "frame-lost", kSoon, GivesNoReason, Bus::kYes},
     Law{"drive-fault", "wkc-one-buffer", kSoon, GivesNoReason, Bus::kNo, nullptr, true},
     Law{"emcy-received", "wkc-one-buffer", kSoon, NamesSynchronisationLoss, Bus::kNo, nullptr, true},
     Law{"al-unexpected-change", "wkc-one-buffer", kSoon, NamesSynchronisationOrWatchdog, Bus::kNo, nullptr, true},
+    Law{"drive-fault", "sync-cycle-mismatch", -1, NamesSyncController},
+    Law{"drive-fault", "sync-window-violation", kLater, NamesSyncController, Bus::kNo, Precedes, true},
+    Law{"drive-fault", "sync-rate-deviation", kLater, NamesSyncController, Bus::kNo, Precedes, true},
     Law{"al-refused", "sync-start-in-past", kLater, NamesSynchronisationByCode},
     Law{"al-refused", "sync-cycle-mismatch", -1, NamesSynchronisationByCode},
     Law{"al-refused", "sync-cycle-unsupported", -1, NamesSynchronisationByCode},
+    Law{"al-unexpected-change", "sync-cycle-mismatch", -1, NamesSynchronisationByCode},
     Law{"al-unexpected-change", "sync-switched-off", kLater, NamesSynchronisation},
     Law{"al-unexpected-change", "sync-watchdog-margin", kSoon, MayBeWatchdog},
     Law{"al-unexpected-change", "sync-lost", kSoon, NamesSynchronisationOrWatchdog},
@@ -571,13 +607,22 @@ constexpr std::array kLaws{
     Law{"drive-not-enabled", "drive-fault", -1, NeedsFault, Bus::kNo, Overlaps},
     Law{"drive-not-enabled", "drive-illegal-command", -1, nullptr, Bus::kNo, Overlaps},
     Law{"drive-mode-not-shown", "pdo-object-type", -1},
+    Law{"drive-mode-not-shown", "drive-not-enabled", -1, nullptr, Bus::kNo, NotReady},
     Law{"drive-mode-not-shown", "drive-not-commanded", -1, nullptr, Bus::kNo, Overlaps},
     Law{"drive-not-commanded", "pdo-object-type", -1},
     Law{"drive-not-following", "drive-not-commanded", -1, nullptr, Bus::kNo, Overlaps},
     Law{"drive-not-following", "sync-type-mismatch", kWhileItLasts, IsCyclicMode, Bus::kNo, IsTypeWithoutSync0, true},
+    Law{"drive-not-following", "sync-start-in-past", -1, StandsStillInSync},
+    Law{"drive-not-following", "sync-not-activated", -1, StandsStillInSync},
+    Law{"drive-not-following", "sync-switched-off", -1, StandsStillInSync},
     Law{"drive-not-following", "drive-setpoint-jump", kSoon, nullptr, Bus::kNo, PrecedesOnAxis},
-    Law{"drive-fault", "drive-setpoint-jump", kSoon, nullptr, Bus::kNo, IsFaultOfMotion, true},
-    Law{"drive-fault", "drive-not-following", kSoon, nullptr, Bus::kNo, IsFaultOfMotion, true},
+    Law{"drive-fault", "drive-mode-not-shown", kSoon, IsFaultOfMotion, Bus::kNo, IsModeNotAccepted, true},
+    Law{"drive-fault", "drive-setpoint-jump", kSoon, IsFaultOfMotion, Bus::kNo, PrecedesOnAxis, true},
+    Law{"drive-fault", "drive-not-following", kSoon, IsFaultOfMotion, Bus::kNo, PrecedesOnAxis, true},
+    Law{"drive-illegal-state-change", "drive-mode-not-shown", kSoon, nullptr, Bus::kNo, IsModeNotAccepted},
+    Law{"emcy-received", "drive-mode-not-shown", kSoon, IsEmergencyOfMotion, Bus::kNo, IsModeNotAccepted, true},
+    Law{"emcy-received", "drive-setpoint-jump", kSoon, IsEmergencyOfMotion, Bus::kNo, Precedes, true},
+    Law{"emcy-received", "drive-not-following", kSoon, IsEmergencyOfMotion, Bus::kNo, Precedes, true},
     Law{"pdo-assign-order", "pdo-assign-state", kLater, nullptr, Bus::kNo, SameObject},
     Law{"sm-process-config", "sdo-abort", kLater, nullptr, Bus::kNo, MappingRefused},
     Law{"al-refused", "sdo-abort", kLater, NamesProcessData, Bus::kNo, MappingRefused},

@@ -1,8 +1,11 @@
 #include "analyzers/judge/drive_knowledge.h"
 
+#include <algorithm>
+
 #include "analyzers/judge/rule.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/objects/relatives.h"
 #include "analyzers/words/what.h"
 
 namespace ecaudit {
@@ -26,6 +29,19 @@ std::optional<Reason> DriveWordsMissing(const model::SlaveModel& slave, bool nee
                       possible.contains(static_cast<std::uint8_t>(esc::AlState::OP));
   if (!active && slave.inputs.exchanged == 0 && slave.outputs.exchanged == 0) return {};
   return Reason::Of(ReasonCode::kNotInCapture, seen && !status_missing ? what::kControlWord : what::kStatusWord);
+}
+
+bool MayComeOfCommand(const device::DeviceDescription& family, std::int64_t code) {
+  constexpr std::int64_t kCurrent = 0x23, kGeneric = 0x10, kVelocity = 0x84, kPosition = 0x86, kSpecific = 0xFF;
+  const std::int64_t group = code >> 8U;
+  if (group == kCurrent || (group >= kVelocity && group <= kPosition)) return true;
+  if (group > kGeneric && group != kSpecific) return false;
+  const bool has_numbers = family.drive && std::ranges::any_of(family.drive->fault_objects, [](const auto& object) {
+                             return object.kind == device::FaultValue::kFaultNumber;
+                           });
+  const events::EmergencyInfo info = events::FindEmergency(&family, static_cast<std::uint16_t>(code));
+  const bool listed = info.code != nullptr && info.code->code == info.code->last_code;
+  return !listed && !has_numbers;
 }
 
 void NameAxis(Finding& finding, std::uint8_t axis) {

@@ -29,7 +29,19 @@ not have this mode.])",
         "[{?absent}Select a mode that 6502h lists.][{!absent}Read 6502h to check whether the drive has the mode, and "
         "whether it accepts a new mode in its state.]",
     .identity = "mode mode_shown"};
-constexpr const FindingKind* kKinds[] = {&kNotShown};
+
+constexpr FindingKind kLeaves{
+    .name = "leaves-enabled",
+    .title = "Mode changed from {mode_before} to {mode} while enabled: then {state}",
+    .message =
+        R"(The drive shows Operation enabled when the master changes {object} from {mode_before} to {mode} in
+{request_frame} ({way}). In {frame}, {waited_ns} later, the status word {status_word} shows {state}. No control word asked
+for that. Many drives change some modes only while they are disabled.)",
+    .next =
+        "Disable the drive (control word 0x0006), change the mode, wait for {display}, and enable it again. Look up in "
+        "the manual which modes the drive changes while enabled.",
+    .identity = "mode_before mode state"};
+constexpr const FindingKind* kKinds[] = {&kNotShown, &kLeaves};
 
 // It is its cause.
 constexpr std::string_view kAfter[] = {"drive-unsupported-mode"};
@@ -37,14 +49,15 @@ constexpr std::string_view kAfter[] = {"drive-unsupported-mode"};
 constexpr RuleInfo kInfo{.id = "drive-mode-not-shown",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kWarning,
-                         .title = "The mode display 6061h does not follow 6060h within the limit",
+                         .title = "The drive does not change to the mode that the master selects",
                          .needs = "6060h and 6061h, each in the process data or by SDO; time stamps",
                          .source = "CIA402, modes of operation; AKD-2011, 4.7; MKD, 4.8; PILZ, 4.5",
                          .kinds = kKinds,
                          .after = kAfter,
                          .doc = R"(
 ## What it checks
-Whether the mode that the drive shows (6061h) becomes the one that the master selected (6060h).
+Whether the mode that the drive shows (6061h) becomes the one that the master selected (6060h), and whether an enabled
+drive stays enabled when the mode changes.
 
 ## Why it matters
 Until the drive shows the new mode it works in the old one: it may take positions for speeds. A master has to wait for
@@ -60,6 +73,9 @@ The drive accepted a value other than 0 in 6060h, and 6061h does not show it wit
 - 6502h, where the master read it, shows whether the drive has the mode at all.
 - If the mode is not in the family's list, caused_by names drive-unsupported-mode.
 
+An enabled drive leaves Operation enabled within 100 ms after the mode changes, and no control word asked for it: it
+goes to a fault or disables itself. The mode before is that of 6061h, or of 6060h if 6061h is not in the capture.
+
 ## Example
 tests/rules/drive-mode-not-shown/violates.trace
 
@@ -72,11 +88,15 @@ constexpr Word kModeShown{"mode-shown", "the mode that the drive shows (6061h)"}
 constexpr Word kModeSelected{"mode-selected", "the mode that the master selects (6060h)"};
 
 constexpr TimeNs kLimitNs = 1'000'000'000;
+/// An enabled drive that does not accept a mode leaves its state this soon.
+constexpr TimeNs kLeavesNs = 100'000'000;
+constexpr std::uint64_t kLeavesKey = 1U << 16U;
 
 class DriveModeNotShown final : public Rule {
  public:
   DriveModeNotShown() : Rule(kInfo) {
     Subscribe<model::DriveMode>(&DriveModeNotShown::On);
+    Subscribe<model::DriveStateChanged>(&DriveModeNotShown::On);
     Subscribe<model::AlAnswered>(&DriveModeNotShown::On);
     Subscribe<model::AlRequestJudged>(&DriveModeNotShown::On);
     Subscribe<model::AlChangedByItself>(&DriveModeNotShown::On);
@@ -102,9 +122,21 @@ class DriveModeNotShown final : public Rule {
     }
     Evaluate(id, slave.shown && slave.shown->by_sdo ? slave.shown_last : e.frame);
     slave.since = {};
+    slave.change = ChangeBy(slave, e);
     slave.of_run_before = false;
     slave.requested = e;
     if (Differ(slave) && Acts(e.slave, e)) slave.since = e.frame;
+  }
+
+  void On(const model::DriveStateChanged& e) {
+    const auto found = slaves_.find({e.slave, e.axis});
+    if (found == slaves_.end()) return;
+    const auto change = std::exchange(found->second.change, std::nullopt);
+    if (!change || e.from != device::DriveState::kOperationEnabled || !e.to || e.command.seen()) return;
+    if (!change->request.frame.has_time || !e.frame.has_time) return;
+    const TimeNs waited = Elapsed(change->request.frame.time, e.frame.time);
+    if (waited > kLeavesNs || change->request.frame.number > e.frame.number) return;
+    ReportLeaving(e, *change, waited);
   }
 
   void On(const mailbox::SdoTransfer& e) {
@@ -136,13 +168,17 @@ class DriveModeNotShown final : public Rule {
   void On(const model::AlChangedByItself& e) { Leave(e.slave, e.frame); }
   void On(const track::CaptureGap& e) {
     if (!e.certain) return;
-    for (auto& [id, slave] : slaves_) slave.since = {};
+    for (auto& [id, slave] : slaves_) {
+      slave.since = {};
+      slave.change.reset();
+    }
   }
 
   /// A drive that was without power has forgotten what was selected.
   void On(const track::RunBegan&) {
     for (auto& [id, slave] : slaves_) {
       slave.since = {};
+      slave.change.reset();
       slave.of_run_before = true;
     }
   }
@@ -163,8 +199,14 @@ class DriveModeNotShown final : public Rule {
   }
 
  private:
+  /// The master selects another mode while the drive is enabled.
+  struct Change {
+    std::int8_t before = 0;
+    model::DriveMode request;
+  };
   struct Slave {
     std::optional<model::DriveMode> requested, shown;
+    std::optional<Change> change;  ///< the last one since the drive was enabled
     FrameRef shown_last;  ///< last read of 6061h that showed this value by SDO, or its first frame in process data
     bool of_run_before = false;  ///< the request
     FrameRef since;              ///< from here on the two differ and the drive is to follow; not seen(): they do not
@@ -192,6 +234,36 @@ class DriveModeNotShown final : public Rule {
     if (requested.by_sdo) return true;
     const model::StateSet possible = context().slave(id).al.possible();
     return possible.empty() || possible == model::StateSet::Of(static_cast<std::uint8_t>(esc::AlState::OP));
+  }
+
+  [[nodiscard]] std::optional<Change> ChangeBy(const Slave& slave, const model::DriveMode& request) const {
+    const model::DriveUnit& unit = context().slave(request.slave).drives.axis(request.axis);
+    if (unit.status().state != device::DriveState::kOperationEnabled || !Acts(request.slave, request)) return {};
+    if (slave.of_run_before || !slave.requested || request.value == 0) return {};
+    const std::int8_t before = slave.shown ? slave.shown->value : slave.requested->value;
+    if (before == 0 || before == request.value) return {};
+    return Change{before, request};
+  }
+
+  void ReportLeaving(const model::DriveStateChanged& e, const Change& change, TimeNs waited) {
+    const std::uint64_t key = kLeavesKey | AxisKey(e.axis) |
+                              static_cast<std::uint64_t>(static_cast<std::uint8_t>(change.request.value)) << 8U |
+                              static_cast<std::uint8_t>(change.before);
+    if (Repeat(e.slave, key, e.frame) != kNoFinding) return;
+    Finding finding = Found(kLeaves, e.slave, e.frame);
+    finding.confidence = e.inferred || change.request.inferred ? Confidence::kInferred : Confidence::kObserved;
+    finding.Set("mode_before", arg::Number(change.before))
+        .Set("mode", arg::Number(change.request.value))
+        .Set("state", StateValue(e.to))
+        .Set("status_word", arg::Hex(e.word))
+        .Set("waited_ns", arg::Ns(waited))
+        .Set("object", arg::Object(model::ObjectOfAxis(model::kModesOfOperation, e.axis)))
+        .Set("display", arg::Object(model::ObjectOfAxis(model::kModesDisplay, e.axis)))
+        .Set("way", WayValue(change.request.by_sdo))
+        .Set("request_frame", arg::Frame(change.request.frame.number));
+    AddRelated(finding, change.request.frame.number);
+    NameAxis(finding, e.axis);
+    (void)Report(key, std::move(finding));
   }
 
   void Leave(SlaveId of, const FrameRef& frame) {
