@@ -30,6 +30,7 @@ enum class AxisFact : std::uint8_t {
   kStaysDisabled,       ///< Shutdown was sent long enough, and the drive stays in Switch on disabled
   kBytesSwapped,        ///< the control word has the enable sequence in its high byte
   kNoControlWord,       ///< a: values of the low byte of the control word that came while the drive is not enabled
+  kDipped,              ///< a: the word that stopped an enabled drive for b ns before the master asked again
   kDropsBack,           ///< a: times that the drive went back to Switch on disabled by itself; last of these
   // It is enabled, and nothing starts the motion.
   kStartMissing,       ///< a: mode; bit 4 stays 0
@@ -43,8 +44,11 @@ enum class AxisFact : std::uint8_t {
   // It is commanded wrongly.
   kJumpAtEnable,      ///< a: target, b: actual value, c: largest step of the target after that
   kJumpInOperation,   ///< a: target before, b: target after, c: largest step before
+  kTargetSpike,       ///< a: target before, b: the far one, c: largest step before
   kTargetEchoes,      ///< a: changes, b: travelled
   kTargetAlternates,  ///< a, b: two targets, c: times that it came back
+  kTargetUneven,      ///< a: cycles in motion, b: those without a new target, c: times that the target made up for it
+  kTargetSlow,        ///< a: cycles in motion, b: those without a new target, c: cycles from one to the next, at most
   kOutsideLimits,     ///< a: target, b: limit, c: actual value, where it is known
   // It does not follow.
   kFollowingError,  ///< bit 13
@@ -102,6 +106,7 @@ struct AxisRecord {
       0;                  ///< a limit switch of 60FDh that is active where the set point goes: 1 negative, 2 positive
   bool solved = false;    ///< of enabling: the drive got to Operation enabled after it
   bool followed = false;  ///< kOutsideLimits: the axis goes there all the same
+  bool rests = false;     ///< kLags: then both values rest, and the axis does not make the rest of the way
   bool healthy = false;   ///< a healthy machine may show the same: an info, and no rung is held by it
   std::uint64_t healed = 0;  ///< episodes that ended as AxisRecords::Heal() describes
   FrameRef solved_at;        ///< where it was solved first, or found healthy after all

@@ -333,7 +333,7 @@ inline void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
     if (IsFault(now_.state) && last_state_ && !IsFault(last_state_) && faults_.size() < kFaults) {
       faults_.emplace_back(frame.number, now_.Lead());
     }
-    if (last_state_ == DriveState::kOperationEnabled) lost_unasked_ = !AsksToStop();
+    if (last_state_ == DriveState::kOperationEnabled) lost_unasked_ = !AsksToStop() && !AskedToStop(frame);
     last_state_ = now_.state;
   }
   if (IsFault(now_.state)) {
@@ -357,6 +357,12 @@ inline void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
 
 bool AxisWatch::AsksToStop() const {
   return now_.leaving || (now_.control && (*now_.control & kEnableWord) != kEnableWord);
+}
+
+bool AxisWatch::AskedToStop(const FrameRef& frame) const {
+  const FrameRef& since = now_.control_since;
+  return (now_.control_before & kEnableWord) != kEnableWord && since.has_time && frame.has_time &&
+         Elapsed(since.time, frame.time) <= kLeadNs;
 }
 
 void AxisWatch::TakeModes(const AxisValues& values, const FrameRef& frame) {

@@ -157,6 +157,8 @@ class AxisWatch {
   void TakeState(std::uint16_t changed, const FrameRef& frame);
   /// The control word does not ask for Operation enabled, or the master takes the slave out of OP.
   [[nodiscard]] bool AsksToStop() const;
+  /// It did so shortly before.
+  [[nodiscard]] bool AskedToStop(const FrameRef& frame) const;
   void TakeModes(const AxisValues& values, const FrameRef& frame);
   void AssumeMode(const AxisValues& values);
   void Step(const FrameRef& frame);

@@ -76,6 +76,7 @@ void EnableCheck::Step(const AxisView& now, AxisRecords& out) {
   Attempts(now, out);
   Values(now, out);
   Drops(now, out);
+  Dips(now, out);
   InFault(now, out);
   Disabled(now, out);
   OnTheWay(now, out);
@@ -202,6 +203,37 @@ void EnableCheck::Drops(const AxisView& now, AxisRecords& out) {
   out.Add(record);
 }
 
+/// The master sends another word for some cycles, perhaps that of an empty process image. The drive obeys, and does not
+/// go up again by the word that follows.
+void EnableCheck::Dips(const AxisView& now, AxisRecords& out) {
+  FollowDip(now);
+  const bool fell = dip_ && dip_->until.seen() && now.state && !now.enabled() && !IsFault(now.state);
+  const TimeNs held = dipped_.Hold(fell && now.in_op != InOp::kNo, now.frame);
+  if (!out.IsDue(AxisFact::kDipped, dipped_, held, kEdgeNs, now.frame)) return;
+  wanted_ = true;
+  AxisRecord record = now.Record(AxisFact::kDipped, dip_->since, held);
+  record.a = dip_->word;
+  record.b = Elapsed(dip_->since.time, dip_->until.time);
+  out.Add(record);
+}
+
+void EnableCheck::FollowDip(const AxisView& now) {
+  if (!now.frame.has_time || (now.state_changed && now.enabled())) dip_.reset();
+  if (dip_ && dip_->until.seen() && now.enabled() && Elapsed(dip_->until.time, now.frame.time) > kImpossibleNs) {
+    dip_.reset();  // the drive did not obey
+  }
+  if (!now.control_changed || !now.frame.has_time) return;
+  const bool whole = IsWhole(*now.control);
+  if (now.enabled() && IsWhole(now.control_before) && !whole) {
+    dip_ = Dip{*now.control, now.frame, {}};
+  } else if (dip_ && !dip_->until.seen() && whole) {
+    dip_->until = now.frame;
+    if (Elapsed(dip_->since.time, now.frame.time) > kHastyNs) dip_.reset();
+  } else if (dip_ && dip_->until.seen() && !whole) {
+    dip_.reset();  // the master goes on
+  }
+}
+
 void EnableCheck::InFault(const AxisView& now, AxisRecords& out) {
   const bool fault = now.state == DriveState::kFault && now.in_op != InOp::kNo;
   if (fault && now.Rises(kResetBit)) {
@@ -278,7 +310,12 @@ void EnableCheck::OnTheWay(const AxisView& now, AxisRecords& out) {
       out.IsDue(AxisFact::kQuickStopStays, quick_stop_, held, kSlowNs, now.frame)) {
     out.Add(now.Record(AxisFact::kQuickStopStays, quick_stop_.since(), held));
   }
-  if (const TimeNs held = not_ready_.Hold(acts && shown && now.state == DriveState::kNotReadyToSwitchOn, now.frame);
+  const bool not_ready = acts && now.state == DriveState::kNotReadyToSwitchOn;
+  if (!not_ready) asked_last_ = {};
+  if (not_ready && shown) asked_last_ = now.frame;
+  const bool asked_for =
+      asked_last_.has_time && now.frame.has_time && Elapsed(asked_last_.time, now.frame.time) < kSlowNs;
+  if (const TimeNs held = not_ready_.Hold(not_ready && (shown || asked_for), now.frame);
       out.IsDue(AxisFact::kNotReady, not_ready_, held, kSlowNs, now.frame)) {
     out.Add(now.Record(AxisFact::kNotReady, not_ready_.since(), held));
   }

@@ -23,8 +23,9 @@ class EnableCheck {
   void Forget();
   /// Something is going on: the next moment matters also where nothing changes.
   [[nodiscard]] bool active() const {
-    return by_sdo_ || Lasting::AnyActive(reset_stands_, reset_missing_, fault_stays_, bit_missing_, shutdown_missing_,
-                                         asked_, quick_stop_, not_ready_, not_in_op_, disabled_, swapped_);
+    return by_sdo_ || dip_ ||
+           Lasting::AnyActive(reset_stands_, reset_missing_, fault_stays_, bit_missing_, shutdown_missing_, asked_,
+                              quick_stop_, not_ready_, not_in_op_, disabled_, swapped_);
   }
 
   /// The master asks for Operation enabled, by what the capture shows.
@@ -39,6 +40,8 @@ class EnableCheck {
   void Values(const AxisView& now, AxisRecords& out);
   void Attempts(const AxisView& now, AxisRecords& out);
   void Drops(const AxisView& now, AxisRecords& out);
+  void Dips(const AxisView& now, AxisRecords& out);
+  void FollowDip(const AxisView& now);
   void InFault(const AxisView& now, AxisRecords& out);
   void OnTheWay(const AxisView& now, AxisRecords& out);
   void Disabled(const AxisView& now, AxisRecords& out);
@@ -68,6 +71,15 @@ class EnableCheck {
   static constexpr std::uint32_t kDrops = 3;
   std::uint32_t drops_ = 0;
   FrameRef first_drop_;
+  /// A word that is not whole, between two that are, while the drive is enabled.
+  struct Dip {
+    std::uint16_t word = 0;
+    FrameRef since;
+    FrameRef until;  ///< not seen(): it is still there
+  };
+  std::optional<Dip> dip_;
+  Lasting dipped_;
+  FrameRef asked_last_;      ///< bit 3 was set in Not ready to switch on last
   TimeNs asked_before_ = 0;  ///< in attempts that the master gave up
   struct SdoWord {
     std::uint16_t word = 0;

@@ -184,6 +184,18 @@ constexpr FindingKind kNoControlWord{
         "Check what else writes to this place.",
     .identity = ""};
 
+constexpr FindingKind kDipped{
+    .name = "control-word-dipped",
+    .title = "Control word {dip} for {dip_ms} stops the enabled drive",
+    .message =
+        R"(The drive shows Operation enabled when the control word becomes {dip} in {frame}. After {dip_ms} it is
+{control_word} again. The drive obeyed: it shows {state} (status word {status_word}) for {lasted_ms} ({shown_frame}), and
+the master sends no new enable sequence.)",
+    .next =
+        "Find what else writes the outputs for this time, or clears them. Then go through 0x0006, 0x0007 and 0x000f "
+        "again whenever the status word does not show Operation enabled.",
+    .identity = "dip"};
+
 constexpr FindingKind kDropsBack{
     .name = "drops-back",
     .title = "Drive goes back to Switch on disabled {times} by itself",
@@ -195,10 +207,10 @@ control word (last {control_word}) asks for no such step: bits 1 and 2 are 1. Th
         "Switch on.",
     .identity = ""};
 
-constexpr const FindingKind* kKinds[] = {&kBitMissing,      &kResetStands, &kResetMissing,   &kFaultStays,
-                                         &kShutdownMissing, &kNoVoltage,   &kQuickStopStays, &kNotReady,
-                                         &kNotInOp,         &kOverwritten, &kLocal,          &kHasty,
-                                         &kStaysDisabled,   &kSwapped,     &kNoControlWord,  &kDropsBack};
+constexpr const FindingKind* kKinds[] = {
+    &kBitMissing,     &kResetStands, &kResetMissing,  &kFaultStays,  &kShutdownMissing, &kNoVoltage,
+    &kQuickStopStays, &kNotReady,    &kNotInOp,       &kOverwritten, &kLocal,           &kHasty,
+    &kStaysDisabled,  &kSwapped,     &kNoControlWord, &kDipped,      &kDropsBack};
 
 constexpr NoteKind kEnabledLater{.name = "enabled-later", .text = "The drive shows Operation enabled in {frame}."};
 constexpr const NoteKind* kNotes[] = {&kEnabledLater};
@@ -222,6 +234,7 @@ Whether an axis reaches Operation enabled when the master asks for it, and what 
 - OP
 - control over the bus (bit 9 of the status word), and a master that waits for the drive
 - a drive that goes back to Switch on disabled by itself, three times or more, or stays in it in spite of Shutdown
+- a control word that stops an enabled drive for at most 50 ms, and the drive that then stays disabled
 - the bytes of the control word in the wrong order, or other data in its place (24 different values or more)
 - an SDO write of the control word that process data overwrite
 
@@ -263,6 +276,7 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kStaysDisabled, &kStaysDisabled},
     AxisRule::Row{progress::AxisFact::kBytesSwapped, &kSwapped},
     AxisRule::Row{progress::AxisFact::kNoControlWord, &kNoControlWord},
+    AxisRule::Row{progress::AxisFact::kDipped, &kDipped},
     AxisRule::Row{progress::AxisFact::kDropsBack, &kDropsBack},
 };
 
@@ -309,6 +323,9 @@ class DriveNotEnabled final : public AxisRule {
         return;
       case progress::AxisFact::kNoControlWord:
         finding.Set("values", arg::Count(static_cast<std::uint64_t>(record.a), "different value"));
+        return;
+      case progress::AxisFact::kDipped:
+        finding.Set("dip", arg::Hex(static_cast<std::uint64_t>(record.a))).Set("dip_ms", arg::Ms(record.b));
         return;
       case progress::AxisFact::kDropsBack:
         finding.Set("times", arg::Count(static_cast<std::uint64_t>(record.a), "time"));
