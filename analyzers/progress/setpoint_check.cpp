@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 namespace ecaudit::progress {
 namespace {
@@ -13,12 +14,22 @@ constexpr std::int64_t kTimesStep = 50;
 constexpr std::int64_t kTimesLater = 10;  ///< likewise of the steps that follow
 constexpr std::uint32_t kCyclesAfter = 3;
 constexpr TimeNs kReactionNs = 500'000'000;
+constexpr std::uint32_t kSpikeCycles = 3;
+constexpr std::uint32_t kQuietCycles = 20;
+constexpr TimeNs kSpikeNs = 50'000'000;
 constexpr TimeNs kEchoNs = 500'000'000;
 constexpr std::uint64_t kEchoes = 50;
 constexpr std::int64_t kOtherSpeed = 2;  ///< between steps in whole increments
 constexpr std::uint64_t kReturns = 50;
 constexpr std::int64_t kReturnShare = 8;  ///< how near it comes back, and how little the axis follows
 constexpr TimeNs kOutsideNs = 100'000'000;
+/// A slow motion in whole increments has cycles without a step.
+constexpr std::int64_t kLeastStep = 10;
+/// A target that stays for longer rests.
+constexpr std::uint32_t kMostWaited = 20;
+constexpr std::uint64_t kWaits = 50;
+constexpr std::uint64_t kWaitsOneIn = 20;   ///< of the cycles in motion, where it is uneven
+constexpr std::uint64_t kPromptOneIn = 20;  ///< of the steps at most, where the target is slower than the cycle
 
 }  // namespace
 
@@ -50,11 +61,14 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
   }
   if (jump_) AtEnable(now, out);
   if (outlier_) AfterOutlier(now, out);
+  if (spike_ && ++cycles_quiet_ > kQuietCycles) out.Add(*std::exchange(spike_, std::nullopt));
   if (enabled && cyclic && target) {
+    Rhythm(now, out);
     TakeTarget(now);
   } else {
     last_target_.reset();
     step_count_ = 0;
+    motion_ = {};
   }
   if (enabled && cyclic) {
     Echo(now, out);
@@ -120,6 +134,23 @@ void SetpointCheck::AfterOutlier(const AxisView& now, AxisRecords& out) {
   }
 }
 
+/// The step after an outlier takes it back: no motion is meant that way.
+void SetpointCheck::Spike(const AxisView& now) {
+  const AxisRecord& outlier = *outlier_;
+  const std::int64_t far = Apart(outlier.a, outlier.b);
+  const std::int64_t left = Apart(outlier.a, *now.Target(Quantity::kPosition));
+  if (cycles_after_ > kSpikeCycles || Magnitude(left) * kReturnShare > Magnitude(far)) return;
+  const bool asked = (outlier.control.value_or(0) & kEnableWord) == kEnableWord;
+  if (!asked || !outlier.since.has_time || !now.frame.has_time) return;
+  AxisRecord record = outlier;
+  record.fact = AxisFact::kTargetSpike;
+  record.frame = record.last = now.frame;
+  record.lasted = Elapsed(outlier.since.time, now.frame.time);
+  if (record.lasted > kSpikeNs) return;
+  spike_ = record;
+  cycles_quiet_ = 0;
+}
+
 /// The next target, in operation: a step far above the usual ones is an outlier.
 void SetpointCheck::TakeTarget(const AxisView& now) {
   const auto& target = now.Target(Quantity::kPosition);
@@ -128,6 +159,8 @@ void SetpointCheck::TakeTarget(const AxisView& now) {
     const std::size_t known = std::min(step_count_, steps_.size());
     const std::int64_t usual =
         known == 0 ? 0 : *std::max_element(steps_.begin(), steps_.begin() + static_cast<std::ptrdiff_t>(known));
+    if (spike_ && step * 2 >= Magnitude(Apart(spike_->a, spike_->b))) spike_.reset();
+    if (outlier_) Spike(now);
     if (outlier_ && step * kTimesLater > Magnitude(Apart(outlier_->a, outlier_->b))) outlier_.reset();
     const auto& actual = now.Actual(Quantity::kPosition);
     const bool to_actual = actual && StepsToActual(*last_target_, *target, *actual);
@@ -143,6 +176,56 @@ void SetpointCheck::TakeTarget(const AxisView& now) {
     steps_[step_count_++ % steps_.size()] = step;
   }
   last_target_ = target;
+}
+
+/// A drive that takes a target in each cycle makes no way where none is new, and twice the way in the next cycle.
+void SetpointCheck::Rhythm(const AxisView& now, AxisRecords& out) {
+  if (!last_target_) return;
+  const std::int64_t step = Apart(*last_target_, *now.Target(Quantity::kPosition));
+  if (step == 0) {
+    if (motion_.step != 0 && ++motion_.waited > kMostWaited) motion_.step = 0;
+    return;
+  }
+  const std::uint32_t waited = std::exchange(motion_.waited, 0U);
+  const std::int64_t before = std::exchange(motion_.step, Magnitude(step) >= kLeastStep ? step : 0);
+  if (before == 0 || motion_.step == 0 || (before > 0) != (step > 0)) return;
+  ++motion_.steps;
+  if (waited == 0) {
+    ++motion_.prompt;
+    return;
+  }
+  if (motion_.waits++ == 0) motion_.first = now.frame;
+  motion_.cycles += waited;
+  motion_.longest = std::max(motion_.longest, waited);
+  if (Magnitude(step) * 2 >= Magnitude(before) * 3) ++motion_.made_up;
+  ReportRhythm(now, out);
+}
+
+void SetpointCheck::ReportRhythm(const AxisView& now, AxisRecords& out) {
+  const Motion& motion = motion_;
+  if (motion.waits < kWaits) return;
+  const bool slow = motion.prompt * kPromptOneIn <= motion.steps;
+  const std::uint64_t all = motion.steps + motion.cycles;
+  const bool uneven = !slow && motion.made_up * 2 >= motion.waits && motion.cycles * kWaitsOneIn >= all;
+  if (!slow && !uneven) return;
+  const AxisFact fact = slow ? AxisFact::kTargetSlow : AxisFact::kTargetUneven;
+  AxisRecord* known = out.Find(fact);
+  if (known == nullptr) {
+    // One that is uneven first may turn out to be slow, and the other way round: the first one counts.
+    if (motion_.told || !motion.first.has_time || !now.frame.has_time) return;
+    motion_.told = true;
+    AxisRecord record = now.Record(fact, motion.first);
+    record.quantity = Quantity::kPosition;
+    record.healthy = slow;
+    record.inferred = true;
+    out.Add(record);
+    known = out.Find(fact);
+  }
+  known->last = now.frame;
+  known->lasted = Elapsed(known->since.time, now.frame.time);
+  known->a = static_cast<std::int64_t>(all);
+  known->b = static_cast<std::int64_t>(motion.cycles);
+  known->c = slow ? std::int64_t{motion.longest} + 1 : static_cast<std::int64_t>(motion.made_up);
 }
 
 /// The target is what the actual value was a cycle or two before: whatever pulls at the axis moves it.

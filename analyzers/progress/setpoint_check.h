@@ -31,7 +31,7 @@ class SetpointCheck {
     return kept;
   }
   /// As EnableCheck's.
-  [[nodiscard]] bool active() const { return jump_ || outlier_ || outside_.active(); }
+  [[nodiscard]] bool active() const { return jump_ || outlier_ || outside_.active() || spike_ || motion_.step != 0; }
 
  private:
   struct Jump {
@@ -45,9 +45,12 @@ class SetpointCheck {
   void AtEnable(const AxisView& now, AxisRecords& out);
   void AfterOutlier(const AxisView& now, AxisRecords& out);
   void TakeTarget(const AxisView& now);
+  void Spike(const AxisView& now);
   void Echo(const AxisView& now, AxisRecords& out);
   [[nodiscard]] bool Leads(std::int64_t target);
   void Alternates(const AxisView& now, AxisRecords& out);
+  void Rhythm(const AxisView& now, AxisRecords& out);
+  void ReportRhythm(const AxisView& now, AxisRecords& out);
   void Limits(const AxisView& now, AxisRecords& out);
 
   std::optional<std::int8_t> mode_;
@@ -59,6 +62,8 @@ class SetpointCheck {
   std::size_t step_count_ = 0;
   std::optional<AxisRecord> outlier_;
   std::uint32_t cycles_after_ = 0;
+  std::optional<AxisRecord> spike_;  ///< reported if no other one follows soon
+  std::uint32_t cycles_quiet_ = 0;   ///< since then
   // Echo.
   std::array<std::optional<std::int64_t>, 3> actuals_;  ///< of the steps before, newest first
   std::uint64_t echoes_ = 0;
@@ -83,6 +88,17 @@ class SetpointCheck {
     bool told = false;
   };
   Returns returns_;
+  /// Steps of one direction, one cycle after the other or some cycles apart.
+  struct Motion {
+    std::int64_t step = 0;                             ///< the last one; 0: the target rests
+    std::uint32_t waited = 0;                          ///< cycles since then
+    FrameRef first;                                    ///< cycle without a new target, of those that are counted
+    std::uint64_t steps = 0, prompt = 0;               ///< steps, and those without a cycle in between
+    std::uint64_t waits = 0, cycles = 0, made_up = 0;  ///< the others, their cycles, and steps that make up for them
+    std::uint32_t longest = 0;
+    bool told = false;
+  };
+  Motion motion_;
 };
 
 }  // namespace ecaudit::progress

@@ -35,6 +35,17 @@ most {step} in a cycle. The drive then shows status word {status_word} ({shown_f
     .next = "Limit the change of the target in a cycle to what the axis can do, also after a change of the trajectory.",
     .identity = ""};
 
+constexpr FindingKind kSpike{
+    .name = "target-spike",
+    .title = "Target position is {target} for {lasted_ms}, then near {from} again",
+    .message =
+        R"(In {frame} the target position (607Ah) goes from {from} to {target} in one cycle, and back in {shown_frame},
+{lasted_ms} later. Otherwise it changes by at most {step} in a cycle. In mode {mode} the drive starts to move there.)",
+    .next =
+        "Find what writes the outputs in between: a buffer that is cleared or written by two tasks, or data that are "
+        "copied while they are sent.",
+    .identity = ""};
+
 constexpr FindingKind kEcho{
     .name = "target-repeats-actual",
     .title = "The target position only repeats the position actual value",
@@ -55,6 +66,27 @@ constexpr FindingKind kAlternates{
     .next = "Check whether two parts of the master's program send process data, or write to two copies of the outputs.",
     .identity = ""};
 
+constexpr FindingKind kUneven{
+    .name = "target-uneven",
+    .title = "Target position is late in {share} of the cycles in motion",
+    .message =
+        R"(In {late} of {cycles} in motion from {frame} on, the target position (607Ah) is the same as in the cycle before.
+Then it makes up for that by a larger step ({made_up}). In mode {mode} the drive moves by the difference of two targets
+in each cycle: the axis stops and runs, with noise or vibration.)",
+    .next =
+        "Compute the target in the task that sends the process data, once in each cycle, or let both run with one "
+        "clock.",
+    .identity = ""};
+
+constexpr FindingKind kSlow{
+    .name = "target-slow",
+    .title = "Target position changes only in 1 of {cycles_apart} cycles",
+    .message =
+        R"(In {late} of {cycles} in motion from {frame} on, the target position (607Ah) is the same as in the cycle before.
+A drive in mode {mode} that does not interpolate over this time moves in steps.)",
+    .next = "Compute a target for each cycle, or set the interpolation time (60C2h) to the time between two targets.",
+    .identity = ""};
+
 constexpr FindingKind kOutside{
     .name = "outside-limits",
     .title = "Target position {target} is beyond the software limit {limit} (607Dh)",
@@ -68,7 +100,8 @@ the capture.])",
         "[{!followed}Change the target, or the limits in 607Dh.]",
     .identity = ""};
 
-constexpr const FindingKind* kKinds[] = {&kAtEnable, &kJump, &kEcho, &kAlternates, &kOutside};
+constexpr const FindingKind* kKinds[] = {&kAtEnable,   &kJump,   &kSpike, &kEcho,
+                                         &kAlternates, &kUneven, &kSlow,  &kOutside};
 
 constexpr const NoteKind* kNotes[] = {&kLeadNote};
 
@@ -100,8 +133,16 @@ An echo is a target that equals the actual value of the cycle before in 50 chang
 while the axis moves. A change of its speed has to be among them. It is inferred: an axis may be moved by hand on
 purpose.
 
+A spike is such a jump that the target takes back within 3 cycles and 50 ms, and no other for 20 cycles. It needs no
+consequence. The control word has to ask for Operation enabled at the same time.
+
 A target alternates if it makes a step of at least 500 increments and comes back in its next change, 50 times in a row
 over at least 250 ms, and the axis follows by less than an eighth.
+
+A target is late if it stays the same for 1 to 20 cycles between two steps of one direction, each at least 10
+increments. It is uneven if that makes 1 in 20 of the cycles in motion, at least 50 times, and half of the steps after
+it are larger than the one before by half. If hardly any two steps follow each other without such a cycle, the target
+is slower than the cycle: an info, because the drive may interpolate.
 
 Limits count if they were read or written by SDO, and the target is at least 500 increments beyond them. If the axis
 goes beyond them, or 6064h is not in the capture, the finding is an info.
@@ -116,8 +157,11 @@ Let the target follow the actual value until the drive shows Operation enabled, 
 constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kJumpAtEnable, &kAtEnable},
     AxisRule::Row{progress::AxisFact::kJumpInOperation, &kJump},
+    AxisRule::Row{progress::AxisFact::kTargetSpike, &kSpike},
     AxisRule::Row{progress::AxisFact::kTargetEchoes, &kEcho},
     AxisRule::Row{progress::AxisFact::kTargetAlternates, &kAlternates},
+    AxisRule::Row{progress::AxisFact::kTargetUneven, &kUneven},
+    AxisRule::Row{progress::AxisFact::kTargetSlow, &kSlow},
     AxisRule::Row{progress::AxisFact::kOutsideLimits, &kOutside},
 };
 
@@ -143,6 +187,18 @@ class DriveSetpointJump final : public AxisRule {
   DriveSetpointJump() : AxisRule(kInfo, kRows) {}
 
  private:
+  static void DescribeRhythm(Finding& finding, const progress::AxisRecord& record) {
+    const double share = 100.0 * static_cast<double>(record.b) / static_cast<double>(record.a);
+    finding.Set("late", arg::Count(static_cast<std::uint64_t>(record.b), "cycle"))
+        .Set("cycles", arg::Count(static_cast<std::uint64_t>(record.a), "cycle"))
+        .Set("share", arg::Real(share, "%", share < 10 ? 1 : 0));
+    if (record.fact == progress::AxisFact::kTargetUneven) {
+      finding.Set("made_up", arg::Count(static_cast<std::uint64_t>(record.c), "time"));
+    } else {
+      finding.Set("cycles_apart", arg::Number(record.c));
+    }
+  }
+
   void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch&) override {
     switch (record.fact) {
       case progress::AxisFact::kJumpAtEnable:
@@ -157,6 +213,10 @@ class DriveSetpointJump final : public AxisRule {
         finding.Set("from", arg::Number(record.a)).Set("target", arg::Number(record.b));
         finding.Set("step", arg::Number(record.c));
         return;
+      case progress::AxisFact::kTargetSpike:
+        finding.Set("from", arg::Number(record.a)).Set("target", arg::Number(record.b));
+        finding.Set("step", arg::Number(record.c));
+        return;
       case progress::AxisFact::kTargetEchoes:
         finding.Set("changes", arg::Count(static_cast<std::uint64_t>(record.a), "change"));
         finding.Set("travel", arg::Number(record.b));
@@ -164,6 +224,10 @@ class DriveSetpointJump final : public AxisRule {
       case progress::AxisFact::kTargetAlternates:
         finding.Set("from", arg::Number(record.a)).Set("target", arg::Number(record.b));
         finding.Set("times", arg::Count(static_cast<std::uint64_t>(record.c), "time"));
+        return;
+      case progress::AxisFact::kTargetUneven:
+      case progress::AxisFact::kTargetSlow:
+        DescribeRhythm(finding, record);
         return;
       default:
         finding.Set("target", arg::Number(record.a)).Set("limit", arg::Number(record.b));
