@@ -7,6 +7,7 @@ namespace {
 
 constexpr TimeNs kErrorNs = 20'000'000;
 constexpr TimeNs kStillNs = 500'000'000;
+constexpr TimeNs kRestNs = 200'000'000;
 /// Brakes release, and some methods wait for a signal.
 constexpr TimeNs kHomingStillNs = 3'000'000'000;
 constexpr std::int64_t kLeastOfHoming = 5;
@@ -65,6 +66,7 @@ void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
     still_.Reset();
     wrong_way_.Reset();
     slow_.Reset();
+    rest_.Reset();
     approach_.Reset();
     started_ = stood_ = false;
   }
@@ -200,6 +202,7 @@ void FollowCheck::Position(const AxisView& now, AxisRecords& out) {
   const bool half = Magnitude(slow.actual) * 2 >= Magnitude(slow.target);
   const bool behind = Magnitude(slow.target) >= kLeastTravel && !half && !still && !wrong && slow.SameDirection();
   Report(AxisFact::kLags, slow_, behind, kStillNs, slow, now, out);
+  Rest(slow, behind, now, out);
   if (half || still || wrong) slow_from_ = {*target, *actual};
 
   const Way all = WayFrom(begin_, *target, *actual);
@@ -207,6 +210,22 @@ void FollowCheck::Position(const AxisView& now, AxisRecords& out) {
     Follows(now.frame);
     begin_ = {*target, *actual};
   }
+}
+
+/// A drive that cannot follow goes on when its target rests.
+void FollowCheck::Rest(const Way& way, bool behind, const AxisView& now, AxisRecords& out) {
+  const Place here{*now.Target(Quantity::kPosition), *now.Actual(Quantity::kPosition)};
+  if (here.target != rest_at_.target || Magnitude(Apart(rest_at_.actual, here.actual)) > kLeastSlow) {
+    rest_at_ = here;
+    rest_.Reset();
+  }
+  const bool rests = behind && !now.Status(kLimitBit) && !now.Status(kErrorBit);
+  if (rest_.Hold(rests, now.frame) < kRestNs || !rest_.Report()) return;
+  AxisRecord* const lags = out.Find(AxisFact::kLags);
+  if (lags == nullptr) return;
+  lags->rests = true;
+  lags->a = way.target;
+  lags->b = way.actual;
 }
 
 /// The drive makes the way, and takes the target by the edge of bit 4.

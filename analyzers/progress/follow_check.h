@@ -20,7 +20,7 @@ class FollowCheck {
   void Step(const AxisView& now, AxisRecords& out);
   void Forget();
   /// As EnableCheck's.
-  [[nodiscard]] bool active() const { return Lasting::AnyActive(error_, still_, wrong_way_, slow_); }
+  [[nodiscard]] bool active() const { return Lasting::AnyActive(error_, still_, wrong_way_, slow_, rest_); }
 
   /// The first moment at which the actual value was seen to follow.
   [[nodiscard]] const FrameRef& follows() const { return follows_; }
@@ -80,6 +80,8 @@ class FollowCheck {
   void Follows(const FrameRef& frame);
   void Bits(const AxisView& now, AxisRecords& out);
   void Position(const AxisView& now, AxisRecords& out);
+  /// An axis that lags: whether it then rests together with its target.
+  void Rest(const Way& way, bool behind, const AxisView& now, AxisRecords& out);
   void Profile(const AxisView& now, AxisRecords& out);
   void Homing(const AxisView& now, AxisRecords& out);
   void HomingLeft(const AxisView& now, AxisRecords& out) const;
@@ -99,7 +101,8 @@ class FollowCheck {
   std::int64_t last_target_ = 0;
   Place together_;   ///< where both moved together last
   Place slow_from_;  ///< since when the actual value makes less than half of the way
-  Lasting error_, still_, wrong_way_, slow_;
+  Place rest_at_;    ///< where both rest
+  Lasting error_, still_, wrong_way_, slow_, rest_;
   std::int64_t moved_from_ = 0;  ///< profile position: since where the actual value hardly moves
   Approach approach_;            ///< velocities, torques
   Slow slow_window_;             ///< velocities: while slow_ holds

@@ -17,6 +17,10 @@ inline constexpr TimeNs kDcEpoch = 946'684'800'000'000'000;
   return kDcEpoch + static_cast<TimeNs>(system_time_ns < kMost ? system_time_ns : kMost);
 }
 
+/// 0x0008, the low byte: whether the slave has distributed clocks.
+[[nodiscard]] constexpr bool HasClock(std::uint8_t features) {
+  return (features & 0x04U) != 0;
+}
 /// 0x0008, the low byte: whether the clock has 64 bit.
 [[nodiscard]] constexpr bool HasWideClock(std::uint8_t features) {
   return (features & 0x08U) != 0;

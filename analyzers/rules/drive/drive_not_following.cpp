@@ -4,6 +4,9 @@
 #include "analyzers/judge/axis_rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/sync/sync_model.h"
+#include "decoder/esc/dc_registers.h"
+#include "decoder/esc/register_addresses.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit::drive_not_following {
 namespace {
@@ -33,32 +36,41 @@ constexpr FindingKind kStandsStill{
     .title =
         R"([{?solved_frame}The axis follows its {quantity} set point only after {lasted_ms}][{!solved_frame}[{?halted}Halt
 (bit 8) is 1 while the {quantity} set point asks for motion][{!halted}[{?switch}The {switch} limit switch (60FDh) is
-active: the axis stands still][{!switch}[{?sync_meant}SYNC0 is off, and the axis does not follow its {quantity} set
-point][{!sync_meant}The axis stands still while its {quantity} set point asks for motion]]]])",
+active: the axis stands still][{!switch}[{?sync_off}SYNC0 is off, and the axis does not follow its {quantity} set
+point][{!sync_off}The axis stands still while its {quantity} set point asks for motion]]]])",
     .message =
         R"(From {frame} on, for {lasted_ms}, the [{?velocity}target velocity is {set_point} and the velocity actual
 value {actual_value}][{?torque}target torque is {set_point} and the torque actual value {actual_value}][{?position}target
 position goes by {set_point} and the position actual value by {actual_value}] ({shown_frame}). The drive shows {state}
 (status word {status_word}), mode {mode}.[{?limited} Bit 11 shows that an internal limit is active.][ Bit {switch_bit} of
-60FDh shows that the {switch} limit switch is active.][ The axis followed the same set point from {solved_frame} on.])",
+60FDh shows that the {switch} limit switch is active.][{?sync_off} The mode is a cyclic synchronous one, and no SYNC0
+comes (0x0981 is {activation}).][{?sync1_off} SYNC0 is on, and SYNC1 is off (0x0981 is {activation}): some drives need
+both.][ The axis followed the same set point from {solved_frame} on.])",
     .next =
         R"([{?solved_frame}Check the release of brake and drive, if this delay is not intended.][{!solved_frame}[{?halted}Clear
 bit 8 of the control word ({control_word}).][{!halted}[{?switch}Move the axis off the {switch} limit switch in the
 other direction, or check its wiring and polarity.][{!switch}Check brake, torque limit (6072h) and [{?velocity}halt (bit
-8)][{!velocity}limit switches], whether the drive uses this set point in its mode, and scaling.][{?sync_off} Switch SYNC0
-on (0x0981) if the drive follows cyclic set points only with it.]]])",
+8)][{!velocity}limit switches], whether the drive uses this set point in its mode, and scaling.][{?sync_off} Set up
+distributed clocks and switch SYNC0 on (0x0981) if the drive follows cyclic set points only with it.][{?sync1_off}
+Compare 0x0981 with AssignActivate of the ESI (0x0700 is SYNC0 and SYNC1).]]])",
     .identity = "quantity"};
 
 constexpr FindingKind kLags{
     .name = "falls-behind",
-    .title = "The axis lags: {actual_value} of {set_point} increments",
+    .title =
+        "[{?rests}The axis rests after {actual_value} of {set_point} increments: check scaling]"
+        "[{!rests}The axis lags: {actual_value} of {set_point} increments]",
     .message =
         R"(From {frame} on, for {lasted_ms}, the target position goes by {set_point} and the position actual value by
 {actual_value} ({shown_frame}). The drive shows {state} (status word {status_word}), mode {mode}.[{?limited} Bit
-11 shows that an internal limit is active.])",
+11 shows that an internal limit is active.][{?rests} Then both rest, and the axis does not make the rest of the way. The
+status word shows neither a limit nor a following error. So the drive may be where it was sent, and the two values in
+different units.])",
     .next =
-        "Check speed limit (6080h, 607Fh), torque limit (6072h) and the scaling of both values (gear ratio, 6091h, "
-        "6092h).",
+        "[{?rests}Compare the units of target and actual value: encoder resolution (608Fh), gear ratio (6091h) and "
+        "feed constant (6092h).]"
+        "[{!rests}Check speed limit (6080h, 607Fh), torque limit (6072h) and the scaling of both values (gear ratio, "
+        "6091h, 6092h).]",
     .identity = ""};
 
 constexpr FindingKind kWrongWay{
@@ -158,6 +170,8 @@ The drive is enabled and commanded, and the axis is not where the master thinks 
 - An axis whose position moves does not stand still, whatever its velocity shows. If the position is not in the
   capture, a steady velocity other than 0 is an inferred info, and so is one that always has the sign of its target:
   the two values may be in different units.
+- An axis that lags is scaled in another way if it then rests together with its target for 200 ms, without the rest of
+  the way, and the status word shows neither an internal limit nor a following error.
 - In homing an axis moves that makes 2 steps or more, all of them one way.
 - Homing is cut short if the drive stays enabled and shows another mode while the axis moves, before bit 12 or 13. An
   axis that halt or bit 4 stopped before does not count.
@@ -228,6 +242,7 @@ class DriveNotFollowing final : public AxisRule {
       finding.Set("switch", arg::Of(positive ? kPositive : kNegative)).Set("switch_bit", arg::Number(positive ? 1 : 0));
     }
     if (record.by_sdo) finding.Set("by_sdo", arg::Flag());
+    if (record.rests) finding.Set("rests", arg::Flag());
     NameSync(finding, record);
     if (record.fact == progress::AxisFact::kZeroLimit) finding.Set("limit", ObjectOf(record.c));
     if (record.fact == progress::AxisFact::kOtherScale) {
@@ -238,14 +253,22 @@ class DriveNotFollowing final : public AxisRule {
     finding.Set("set_point", arg::Number(record.a)).Set("actual_value", arg::Number(record.b));
   }
 
-  /// Some drives follow the set points of the cyclic modes only with SYNC0.
+  /// Some drives follow the set points of the cyclic modes only with SYNC0, or only with SYNC1.
   void NameSync(Finding& finding, const progress::AxisRecord& record) const {
     if (record.fact != progress::AxisFact::kStandsStill || record.mode.value_or(0) < progress::kInterpolated) return;
     finding.Set("cyclic", arg::Flag());
     const sync::DcUnit& unit = context().sync().dc(finding.slave);
-    if (!unit.activation() || unit.activation()->active()) return;
-    finding.Set("sync_off", arg::Flag());
-    if (unit.cycle_configured().seen()) finding.Set("sync_meant", arg::Flag());
+    if (!unit.activation() || !HasClock(finding.slave)) return;
+    const esc::SyncActivation activation = *unit.activation();
+    if (activation.active() && activation.sync1()) return;
+    finding.Set("activation", arg::Hex(activation.raw, 2));
+    finding.Set(activation.active() && activation.sync0() ? "sync1_off" : "sync_off", arg::Flag());
+  }
+
+  /// Unless the slave shows that it has none.
+  [[nodiscard]] bool HasClock(SlaveId slave) const {
+    const auto features = context().network().state(slave).registers.Value<std::uint8_t>(esc::kEscFeatures);
+    return !features || esc::HasClock(*features);
   }
 
   [[nodiscard]] std::optional<Reason> Unevaluated(const progress::AxisWatch& axis) const override {
