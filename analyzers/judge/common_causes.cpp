@@ -460,7 +460,7 @@ bool NamesNoSlave(const RuleContext&, const Finding& effect) {
 
 /// SYNC0 is off.
 bool MissesSync0(const RuleContext&, const Finding& effect) {
-  constexpr std::array<std::string_view, 3> kOff{"sync-off", "sync-unseen", "sync-needed"};
+  constexpr std::array<std::string_view, 3> kOff{"sync-off", "sync-unseen", "sync-never-set"};
   return std::ranges::find(kOff, CodeOf(effect, "reason")) != kOff.end();
 }
 
