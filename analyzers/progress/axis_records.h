@@ -159,6 +159,11 @@ class AxisRecords {
   void Drop(AxisFact fact) {
     std::erase_if(list_, [fact](const AxisRecord& known) { return known.fact == fact; });
   }
+  /// What was taken for the reason was none.
+  void Rename(AxisFact fact, AxisFact to) {
+    if (Find(to) != nullptr) return Drop(fact);
+    if (AxisRecord* const known = Find(fact)) known->fact = to;
+  }
   /// The drive got to Operation enabled.
   void SolveEnabling(const FrameRef& frame) {
     for (AxisRecord& known : list_) {

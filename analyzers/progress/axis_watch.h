@@ -42,6 +42,8 @@ class AxisWatch {
   bool OnInputs(const AxisValues& values, std::uint64_t part, const FrameRef& frame, const SlaveSide& slave);
   /// A completed transfer of an object with a role.
   void OnSdo(Role role, std::int64_t value, bool download, const FrameRef& frame, const SlaveSide& slave);
+  /// See EnableCheck.
+  void OnFollowedWithoutRemote() { GetChecks().enable.OnFollowedWithoutRemote(records_); }
   void SetLimit(bool most, std::int64_t value) { (most ? now_.limits.most : now_.limits.least) = value; }
   /// It is the axis of a terminal: its only set point shows in which mode it works.
   void SetTerminal() { terminal_ = true; }

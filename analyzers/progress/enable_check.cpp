@@ -32,9 +32,11 @@ bool IsWhole(std::uint16_t word) {
 void EnableCheck::Forget() {
   const FrameRef enabled = enabled_since_;
   const bool wanted = wanted_;
+  const bool ignores_remote = ignores_remote_;
   *this = {};
   enabled_since_ = enabled;
   wanted_ = wanted;
+  ignores_remote_ = ignores_remote;
 }
 
 void EnableCheck::FollowWish(const AxisView& now) {
@@ -290,9 +292,9 @@ void EnableCheck::OnTheWay(const AxisView& now, AxisRecords& out) {
 
   const bool ready = now.state == DriveState::kReadyToSwitchOn || now.state == DriveState::kSwitchedOn;
   const bool asked = acts && whole && ready;
-  const AxisFact no_way = !now.Status(kVoltageBit)  ? AxisFact::kNoVoltage
-                          : !now.Status(kRemoteBit) ? AxisFact::kLocalControl
-                                                    : AxisFact::kNoReaction;
+  const AxisFact no_way = !now.Status(kVoltageBit)          ? AxisFact::kNoVoltage
+                          : IsLocal(now.status.value_or(0)) ? AxisFact::kLocalControl
+                                                            : AxisFact::kNoReaction;
   if (!asked && asked_.since().seen() && known && asked_.since().has_time && now.frame.has_time) {
     asked_before_ += Elapsed(asked_.since().time, now.frame.time);
   }
@@ -325,6 +327,11 @@ void EnableCheck::OnTheWay(const AxisView& now, AxisRecords& out) {
       out.IsDue(AxisFact::kNotInOp, not_in_op_, held, kSlowNs, now.frame)) {
     out.Add(now.Record(AxisFact::kNotInOp, not_in_op_.since(), held));
   }
+}
+
+void EnableCheck::OnFollowedWithoutRemote(AxisRecords& out) {
+  ignores_remote_ = true;
+  out.Rename(AxisFact::kLocalControl, AxisFact::kNoReaction);
 }
 
 void EnableCheck::OnSdoControl(const AxisView& now, std::uint16_t word, const FrameRef& frame) {

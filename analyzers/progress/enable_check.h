@@ -20,6 +20,8 @@ class EnableCheck {
   void Step(const AxisView& now, AxisRecords& out);
   /// 6040h was written by SDO and taken.
   void OnSdoControl(const AxisView& now, std::uint16_t word, const FrameRef& frame);
+  /// The drive followed a command while bit 9 (remote) of its status word was 0.
+  void OnFollowedWithoutRemote(AxisRecords& out);
   void Forget();
   /// Something is going on: the next moment matters also where nothing changes.
   [[nodiscard]] bool active() const {
@@ -32,6 +34,12 @@ class EnableCheck {
   [[nodiscard]] bool wanted() const { return wanted_; }
   [[nodiscard]] const FrameRef& enabled_since() const { return enabled_since_; }  ///< of the last time
   [[nodiscard]] bool ever_enabled() const { return enabled_since_.seen(); }
+  /// Bit 9 of its status word shows nothing: the drive followed a command while it was 0.
+  [[nodiscard]] bool ignores_remote() const { return ignores_remote_; }
+  /// Bit 9 of this status word shows that the drive does not act on the control word.
+  [[nodiscard]] bool IsLocal(std::uint16_t status) const {
+    return !ignores_remote_ && (status >> kRemoteBit & 1U) == 0;
+  }
 
  private:
   enum class Wish : std::uint8_t { kNone, kStands, kShown };
@@ -52,6 +60,7 @@ class EnableCheck {
   bool wanted_ = false;
   FrameRef enabled_since_;
   bool had_voltage_ = false;
+  bool ignores_remote_ = false;
   // In the fault at hand.
   bool fault_began_ = false;  ///< in the capture
   std::uint32_t resets_ = 0;

@@ -15,8 +15,8 @@ constexpr std::uint16_t kSoftwareLimits = 0x607D;
 }  // namespace
 
 ProgressModel::ProgressModel(const model::BusModel& model, EventBus& bus) : model_(model) {
-  bus.ListenTo<model::ProcessCycle, mailbox::SdoTransfer, track::AlRequest, track::CaptureGap, track::RunBegan>(
-      Stage::kAfterModel, *this);
+  bus.ListenTo<model::ProcessCycle, mailbox::SdoTransfer, model::DriveStateChanged, track::AlRequest, track::CaptureGap,
+               track::RunBegan>(Stage::kAfterModel, *this);
 }
 
 const AxisWatch* ProgressModel::axis(SlaveId slave, std::uint8_t axis) const {
@@ -164,6 +164,11 @@ void ProgressModel::On(const mailbox::SdoTransfer& transfer) {
   const bool limit = transfer.data.size() == 4 && (transfer.subindex == 1 || transfer.subindex == 2);
   if (!axis || axis->second != kSoftwareLimits || !limit) return;
   if (AxisWatch* const watch = Watch(transfer.slave, axis->first)) watch->SetLimit(transfer.subindex == 2, value);
+}
+
+void ProgressModel::On(const model::DriveStateChanged& change) {
+  if (!change.command.seen() || (change.word >> kRemoteBit & 1U) != 0) return;
+  if (AxisWatch* const watch = Watch(change.slave, change.axis)) watch->OnFollowedWithoutRemote();
 }
 
 void ProgressModel::ForgetSlave(SlaveId slave) {

@@ -29,6 +29,7 @@ class ProgressModel {
 
   void On(const model::ProcessCycle& cycle);
   void On(const mailbox::SdoTransfer& transfer);
+  void On(const model::DriveStateChanged& change);
   void On(const track::AlRequest& request);
   void On(const track::CaptureGap& gap);
   void On(const track::RunBegan& run);

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cstdint>
-#include <set>
 #include <utility>
 
 #include "analyzers/judge/drive_knowledge.h"
@@ -85,14 +84,7 @@ constexpr Word kActingState{"acting-al-state", "the AL state in which the drive 
 
 class DriveNoReaction final : public Rule {
  public:
-  DriveNoReaction() : Rule(kInfo) {
-    Subscribe<model::DriveNoReaction>(&DriveNoReaction::On);
-    Subscribe<model::DriveStateChanged>(&DriveNoReaction::On);
-  }
-
-  void On(const model::DriveStateChanged& e) {
-    if (e.command.seen() && !IsRemote(e.word)) without_remote_.emplace(e.slave, e.axis);
-  }
+  DriveNoReaction() : Rule(kInfo) { Subscribe<model::DriveNoReaction>(&DriveNoReaction::On); }
 
   void On(const model::DriveNoReaction& e) {
     const std::uint64_t key = AxisKey(e.axis) | e.transition;
@@ -106,7 +98,7 @@ class DriveNoReaction final : public Rule {
     finding.confidence = e.inferred ? Confidence::kInferred : Confidence::kObserved;
     const bool no_voltage = (e.status & 0x0010U) == 0;
     const bool in_fault = !no_voltage && e.state == device::DriveState::kFault;
-    const bool local = !no_voltage && !in_fault && !IsRemote(e.status);
+    const bool local = !no_voltage && !in_fault && (e.status >> progress::kRemoteBit & 1U) == 0;
     finding.Set("control_word", arg::Hex(e.word))
         .Set("status_word", arg::Hex(e.status))
         .Set("state", StateValue(e.state))
@@ -130,7 +122,7 @@ class DriveNoReaction final : public Rule {
     pending_.Release([this](std::uint64_t key, Finding finding) {
       const progress::AxisWatch* const axis = context().progress().axis(finding.slave, finding.axis);
       const FrameRef enabled = axis != nullptr ? axis->enable().enabled_since() : FrameRef{};
-      if (without_remote_.contains({finding.slave, finding.axis})) finding.Set("local", arg::Flag(false));
+      if (axis != nullptr && axis->enable().ignores_remote()) finding.Set("local", arg::Flag(false));
       const FrameRef& last = finding.last.seen() ? finding.last : finding.first;
       if (enabled.number <= last.number) {
         (void)Report(key, std::move(finding));
@@ -154,10 +146,7 @@ class DriveNoReaction final : public Rule {
   }
 
  private:
-  static bool IsRemote(std::uint16_t status) { return (status >> progress::kRemoteBit & 1U) != 0; }
-
-  PendingFindings pending_;                                    // the drive may be slow only
-  std::set<std::pair<SlaveId, std::uint8_t>> without_remote_;  ///< axes that followed a command while bit 9 was 0
+  PendingFindings pending_;  // the drive may be slow only
 
   /// The drive may wait for an edge that only the description of the state names.
   static void DescribeEdge(Finding& finding, const model::DriveNoReaction& e, const device::DriveProfile& drive) {

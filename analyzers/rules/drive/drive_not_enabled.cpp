@@ -250,6 +250,8 @@ slow in after 1 s. Attempts that the master gives up are added. A Shutdown of at
 If a fault was already active when first seen, and bit 7 stays 1, this finding is the cause of drive-fault: the fault
 lasts because of it.
 
+Bit 9 explains nothing if the drive followed a command of the capture with bit 9 at 0: then it does not use this bit.
+
 If the drive shows Operation enabled after that, the finding is an info with its duration: a supply that comes up, or a
 machine that waited. In a capture that begins mid-run the finding is inferred if the word was there from the start.
 
@@ -285,7 +287,7 @@ class DriveNotEnabled final : public AxisRule {
   DriveNotEnabled() : AxisRule(kInfo, kRows) {}
 
  private:
-  void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch&) override {
+  void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch& axis) override {
     if (record.solved) {
       finding.Set("solved", arg::Flag());
       Arguments later;
@@ -308,7 +310,7 @@ class DriveNotEnabled final : public AxisRule {
       case progress::AxisFact::kStaysDisabled:
         // 0 may mean that no inputs were valid yet.
         if (record.status.value_or(0) == 0) return;
-        if ((*record.status >> progress::kRemoteBit & 1U) == 0) finding.Set("local", arg::Flag());
+        if (axis.enable().IsLocal(*record.status)) finding.Set("local", arg::Flag());
         if ((*record.status >> progress::kVoltageBit & 1U) == 0) finding.Set("no_voltage", arg::Flag());
         return;
       case progress::AxisFact::kFaultStays:
