@@ -62,6 +62,7 @@ template <bool kWhole>
   if (!word) return false;
   if (*word == *status_.word) {
     status_.Repeat(cycle.frame());
+    after_gap_ = false;
     return true;
   }
   if (!status_.Confirms(*word) || (part.mode_shown && !modes_.shown_is_of_this_run())) return false;
