@@ -273,10 +273,11 @@ void Pairing::AnswerInFlight(SentFrame& sent, const wire::FrameView& frame) noex
   }
   const GapBefore late = gaps_.AppearsLate(context_.SenderOfSent(sent), &sent.view, sent.ref());
   GapBefore gap = std::max(gaps_.Take(sent.sequence), late);
-  if (gap == GapBefore::kNone && other) gap = GapBefore::kPossible;
+  const bool gap_at_return = gap == GapBefore::kNone && other;
+  if (gap_at_return) gap = GapBefore::kPossible;
   matching_.LearnPassed(sent, frame);
   Answer(sent, frame, frame.payload());
-  HandOver({&sent.view, &frame, false, gap});
+  HandOver({.sent = &sent.view, .returned = &frame, .gap = gap, .gap_at_return = gap_at_return});
   Settle(sent.sequence);
 }
 

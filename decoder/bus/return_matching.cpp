@@ -196,9 +196,11 @@ bool ReturnMatching::MayBeOfMissing(const SentFrame& sent) noexcept {
 bool ReturnMatching::MayAnswerLater(const SentFrame& sent, const wire::FrameView& returned) noexcept {
   if (!AreTimed(sent.ref(), returned.ref()) || !context_.trip.IsFine()) return false;
   const std::int64_t way = Elapsed(sent.ref(), returned.ref());
-  if (way <= threshold::kRecentNs || !context_.trip.IsLate(way)) return false;
+  if (!context_.trip.IsLate(way)) return false;
   const IndexSequence& indices = context_.IndicesOf(sent);
-  return !indices.IsNumbered(sent.view) || indices.span() < threshold::kNoCoincidenceIndices;
+  const bool numbered = indices.IsNumbered(sent.view);
+  if (!numbered && sent.overtaken > 0) return true;  // nearly always lost
+  return way > threshold::kRecentNs && (!numbered || indices.span() < threshold::kNoCoincidenceIndices);
 }
 
 }  // namespace ecaudit::bus

@@ -65,13 +65,18 @@ void RingJoin::Push(const BusTransaction& transaction) {
   }
   wire::FrameView view;
   view.Rebase(main, joined_);
-  to_.OnTransaction({&main_sent, &view, false, std::max(half_.gap, transaction.gap), false, true});
+  to_.OnTransaction(
+      {.sent = &main_sent, .returned = &view, .gap = std::max(half_.gap, transaction.gap), .joined = true});
 }
 
 void RingJoin::Flush() {
   if (!waits_) return;
   waits_ = false;
-  to_.OnTransaction({&half_.sent, &half_.returned, false, half_.gap, half_.other_end, true});
+  to_.OnTransaction({.sent = &half_.sent,
+                     .returned = &half_.returned,
+                     .gap = half_.gap,
+                     .other_end = half_.other_end,
+                     .joined = true});
 }
 
 void RingJoin::Keep(const BusTransaction& transaction) {

@@ -32,6 +32,8 @@ struct BusTransaction {
   /// Sent at the other end of a redundant line. Such frames are handed over only where a slave took part, which shows
   /// that the line is broken.
   bool other_end = false;
+  /// `gap` lies before the returned copy: it may answer a frame whose outbound copy the capture misses.
+  bool gap_at_return = false;
   /// Put together of both ends, or held back for that: the views lie in no packet.
   bool joined = false;
 
@@ -40,6 +42,8 @@ struct BusTransaction {
   [[nodiscard]] const FrameRef& sent_ref() const { return sent != nullptr ? sent->ref() : kNotCaptured; }
   /// The first copy in the capture.
   [[nodiscard]] const FrameRef& first_ref() const { return sent != nullptr ? sent->ref() : returned->ref(); }
+  /// The first copy after `gap`.
+  [[nodiscard]] const FrameRef& after_gap() const { return gap_at_return ? returned_ref() : first_ref(); }
   [[nodiscard]] const FrameRef& returned_ref() const { return returned != nullptr ? returned->ref() : kNotCaptured; }
 };
 

@@ -48,7 +48,7 @@ void Network::OnTransaction(const bus::BusTransaction& transaction) {
       gaps_.OnOtherRecording(first);
       runs_.BeginRecording(first);
     } else {
-      gaps_.OnGap(first, runs_.last(), transaction.gap);
+      gaps_.OnGap(transaction.after_gap(), runs_.last(), transaction.gap);
     }
   }
   for (const wire::FrameView* copy : {transaction.sent, transaction.returned}) {

@@ -199,7 +199,7 @@ class SyncWindowViolation final : public Rule {
       NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kPauseOfDrive, e.frame.number);
       return;
     }
-    if (e.empty > 0 && context().network().MayMissBetween(e.before.number, e.frame.number)) {
+    if (e.empty > 0 && MayMissBetween(e.before, e.frame)) {
       NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kHistory, e.frame.number);
       return;
     }
@@ -269,6 +269,10 @@ class SyncWindowViolation final : public Rule {
     const bool missing = e.missing > 0;
     if (missing && e.unreturned > 0) {
       NotEvaluable(e.slave, ReasonCode::kNeverReturned, what::kProcessFrames, e.frame.number);
+      return;
+    }
+    if (missing && MayMissBetween(e.before, e.frame)) {
+      NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kHistory, e.frame.number);
       return;
     }
     const TimeNs size = e.deviation_ns < 0 ? -e.deviation_ns : e.deviation_ns;
@@ -355,6 +359,10 @@ class SyncWindowViolation final : public Rule {
   }
 
  private:
+  [[nodiscard]] bool MayMissBetween(const FrameRef& before, const FrameRef& frame) const {
+    return context().network().MayMissBetween(before.number, frame.number);
+  }
+
   /// Intervals of one slave without a frame, or with two.
   struct Kind {
     FindingIndex index = kNoFinding;

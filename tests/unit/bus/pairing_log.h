@@ -52,7 +52,9 @@ class PairingLog final : public BusSink {
     const std::string from = t.sent != nullptr ? std::to_string(t.sent->ref().number) : "";
     const std::string to = t.returned != nullptr ? "+" + std::to_string(t.returned->ref().number) : "";
     words.push_back(from + to + (t.assumed ? "?" : ""));
-    if (t.gap != GapBefore::kNone) gaps.push_back(std::string(NameOf(t.gap)) + ' ' + from + to);
+    if (t.gap != GapBefore::kNone) {
+      gaps.push_back(std::string(NameOf(t.gap)) + ' ' + from + to + (t.gap_at_return ? " at return" : ""));
+    }
   }
   void OnDoubtful(const wire::FrameView& frame) override {
     doubtful.push_back(frame.ref().number);
@@ -77,7 +79,8 @@ class PairingLog final : public BusSink {
   }
 
   std::vector<std::string> words;
-  std::vector<std::string> gaps;  ///< "hole 5+6": frames are missing before frame 5; skip, rounds, silence: perhaps
+  std::vector<std::string> gaps;  ///< "hole 5+6": frames are missing before frame 5; skip, rounds, silence: perhaps;
+                                  ///< "at return": before its return
   /// "5+6 again 7": frame 7 is frame 5 once more, which had come back as 6; "5+8 late after 7": it came back then.
   std::vector<std::string> repeats;
   std::vector<FrameNo> sent;
