@@ -11,10 +11,12 @@ GapBefore CaptureGaps::Follow(std::uint8_t number, const wire::FrameView& frame,
                               bool orphan) noexcept {
   SendingRhythm& rhythm = context_.senders[number].rhythm;
   const IndexSequence::Step step = rhythm.indices.Follow(frame, repeats != Repeats::kNo);
-  if (rhythm.indices.loose()) context_.statistics.last_loose = frame.ref().number;
   const FrameRef last = std::exchange(rhythm.last, frame.ref());
   const bool timed = AreTimed(last, frame.ref());
   const std::int64_t apart = timed ? Elapsed(last, frame.ref()) : 0;
+  // A master that was started again begins where its counter restarts, too.
+  const bool began = apart > threshold::kSilentNs && rhythm.indices.restarts();
+  if (rhythm.indices.loose() || began) context_.statistics.last_loose = frame.ref().number;
   if (timed) rhythm.CompareStamps(apart);
   const bool skips = step == IndexSequence::Step::kBroken;
   const bool leaves_out_few = step == IndexSequence::Step::kFew;

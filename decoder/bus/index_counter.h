@@ -46,6 +46,10 @@ class IndexCounter {
   /// True when it has gone on like this in each of a few steps: not yet enough to be sure.
   [[nodiscard]] bool IsRegularSoFar() const noexcept { return steps_ >= kFirst && steps_ == regular_; }
   [[nodiscard]] bool IsNext(std::uint8_t first) const noexcept { return any_ && Follows(first); }
+  /// True when it restarts at this index, as far as seen.
+  [[nodiscard]] bool IsBegin(std::uint8_t first) const noexcept { return ends_ > 0 && first == begin_; }
+  /// By how much it goes on.
+  [[nodiscard]] std::uint8_t stride() const noexcept { return stride_; }
   /// Of the last odd step: how many frames at least would lie between, if the counter had gone on.
   [[nodiscard]] std::uint32_t skipped() const noexcept { return skipped_; }
   /// How many frames further the index is the same again, as far as seen; never 0.

@@ -32,7 +32,10 @@ IndexSequence::Evidence IndexSequence::Ask(Counter& counter, std::uint8_t first,
   const IndexCounter::Step step = counter.indices.Follow(first, last);
   counter.break_ = break_;
   if (step == IndexCounter::Step::kFollows) {
-    verdict.next = verdict.next || regular;
+    // Where frames of several slaves take turns under one counter, those of one slave have a stride: that is no counter
+    // of its own, and does not show that the other one is whole.
+    const bool only_stride = verdict.broken && counter.indices.stride() > 1;
+    verdict.next = verdict.next || (regular && !only_stride);
     return Evidence::kFollows;
   }
   if (step == IndexCounter::Step::kUnknown || excused) return Evidence::kNothing;
@@ -133,6 +136,11 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   all_.break_ = half.break_ = kind.own.break_ = break_;
   // Who begins from the lowest with a command to all slaves sets up the bus.
   return verdict.begins && wire::IsBroadcast(frame[0].command()) ? Step::kUnknown : Step::kBroken;
+}
+
+bool IndexSequence::restarts() const noexcept {
+  return any_ && (all_.indices.IsBegin(last_first_) ||
+                  std::ranges::any_of(halves_, [&](const Counter& half) { return half.indices.IsBegin(last_first_); }));
 }
 
 bool IndexSequence::IsNext(const wire::FrameView& frame) const noexcept {

@@ -44,6 +44,8 @@ class IndexSequence {
   [[nodiscard]] bool IsAfter(const wire::FrameView& frame, std::uint64_t count) const noexcept;
   /// True when the last frame had the number that was next, repetitions of it left out.
   [[nodiscard]] bool was_next() const { return was_next_; }
+  /// True when the last frame has the index at which a counter restarts.
+  [[nodiscard]] bool restarts() const noexcept;
   /// After kBroken: how many frames at least are missing, if any.
   [[nodiscard]] std::uint32_t skipped() const { return skipped_; }
   /// How many indices the master uses, as far as seen. After this number of frames the next one has the same again.

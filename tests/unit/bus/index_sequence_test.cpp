@@ -255,6 +255,17 @@ TEST(IndexSequence, ACounterForEachSlave) {
   EXPECT_EQ(Broken(Follow(frames)), 0U);
 }
 
+TEST(IndexSequence, SlavesInTurnUnderOneCounterHaveNoneOfTheirOwn) {
+  for (const std::size_t missing : {1U, 3U}) {
+    std::vector<Sent> frames;
+    for (std::size_t i = 0; i < 200; ++i) {
+      if (i >= 101 && i < 101 + missing) continue;
+      frames.push_back({i % 2 != 0 ? Sort::kOtherSlave : Sort::kPoll, static_cast<std::uint8_t>(i)});
+    }
+    EXPECT_EQ(Broken(Follow(frames)), 1U) << missing;
+  }
+}
+
 TEST(IndexSequence, TheFirstFramesOfAnotherKindAreNoGap) {
   std::vector<Sent> frames;
   for (unsigned i = 0; i < 200; ++i) frames.push_back({Sort::kProcess, static_cast<std::uint8_t>(i % 64)});

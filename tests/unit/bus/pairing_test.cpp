@@ -697,6 +697,16 @@ TEST(PairingGap, ManyIndicesShowThatAMasterWasSilent) {
   EXPECT_THAT(result.log.gaps, IsEmpty());
 }
 
+TEST(PairingGap, AfterASilenceTheIndexAtWhichACounterRestartsShowsNothing) {
+  const auto after = [](const std::string& silence) {
+    return PairUp(Numbered(512, 0, 256) + silence + Numbered(60, 1, 256)).statistics.last_loose;
+  };
+  EXPECT_NE(after("+32ms FPRD 0x1001:0x0130 08 00 idx=0\n"), 1025U);
+  EXPECT_EQ(after("+300ms FPRD 0x1001:0x0130 08 00 idx=0\n"), 1025U);
+  // Elsewhere the next index shows that none is missing.
+  EXPECT_EQ(PairUp(Numbered(500, 0, 256) + "+300ms FPRD 0x1001:0x0130 08 00 idx=244\n").statistics.last_loose, 0U);
+}
+
 TEST(PairingGap, OneIndexForAllShowsNothing) {
   std::string lines;
   for (int i = 0; i < 100; ++i) lines += "+1ms FPRD 0x1001:0x0130 08 00 idx=0\n";
@@ -844,7 +854,7 @@ TEST(PairingGap, AReturnWithoutNumberThatIsNotLikeTheFrameInFlightIsNoFlippedBit
 TEST(PairingGap, AReturnWithoutNumberThatComesLateMayAnswerAnotherFrame) {
   const Paired result = PairUp(Unnumbered(40, "1ms") + "+1ms FPRD 0x1001:0x0130 08 00 idx=0 rtt=26ms\n" +
                                "+28ms FPRD 0x1001:0x0130 08 00 idx=0\n");
-  EXPECT_THAT(result.log.gaps, ElementsAre("silence 81+82", "silence 83+84"));
+  EXPECT_THAT(result.log.gaps, ElementsAre("silence 81+82 at return", "silence 83+84"));
   const Paired numbered = PairUp(Numbered(40, 0, 256) + "+1ms FPRD 0x1001:0x0130 08 00 idx=40 rtt=26ms\n");
   EXPECT_THAT(numbered.log.gaps, IsEmpty());
 }
