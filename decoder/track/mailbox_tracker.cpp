@@ -309,6 +309,7 @@ bool MailboxTracker::IsRepetition(const MailboxBox& box, const MailboxMessage& m
   // A slave drops a message whose counter it has just seen. Some masters never count; where the first copy was answered
   // already, the second is a request of its own.
   if (box.last_acceptance == Acceptance::kUnknown) return true;
+  if (box.last_acceptance == Acceptance::kAssumed && message.header.counter != 0) return true;
   const PendingRequests::Request* latest = protocols_.pending().Latest();
   return message.header.counter != 0 && latest != nullptr && latest->request.frame.number == box.last_original;
 }
