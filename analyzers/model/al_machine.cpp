@@ -279,7 +279,8 @@ bool AlMachine::IsEcho(const track::AlStatusRead& read) const {
     // Its status is AL Control, copied: some request had the bit, be it one that the capture misses.
     if (read.status_code.value_or(0) == 0) return true;
   } else if (own_status_) {
-    return false;
+    // A copy all the same: the requested state, and no error. What was learned may rest on a frame that was missing.
+    return read.status_code == std::uint16_t{0} && control_ && control_->raw == read.status.raw;
   }
   // A copy stays what it is until AL Control is written again.
   if (echo_ && read.status.state() == read_state_) return true;
