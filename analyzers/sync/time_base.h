@@ -73,7 +73,9 @@ struct Interval {
       if (a.esl && b.esl && *b.esl >= *a.esl) return {Elapsed(*a.esl, *b.esl), base};
       return {};
     case TimeBase::kCapture:
-      if (a.stamp && b.stamp && *b.stamp >= *a.stamp) return {Elapsed(*a.stamp, *b.stamp), base};
+      if (a.stamp && b.stamp && *b.stamp >= *a.stamp && !ClockJumps(*a.stamp, *b.stamp)) {
+        return {Elapsed(*a.stamp, *b.stamp), base};
+      }
       return {};
     case TimeBase::kNone:
       break;
