@@ -262,9 +262,15 @@ HeadlineParts HeadlinePartsOf(const CaptureDigest& capture) {
   return {verdict, line + reservation + limits, reservation, brief};
 }
 
+std::string WithName(const CaptureDigest& capture, const std::string& sentence) {
+  const std::string path = OneLine(capture.path);
+  // Why a capture cannot be read begins with its name.
+  return !capture.unreadable.empty() && sentence.starts_with(path) ? sentence : path + ": " + sentence;
+}
+
 std::string Headline(const CaptureDigest& capture) {
   const HeadlineParts parts = HeadlinePartsOf(capture);
-  return parts.verdict + " " + OneLine(capture.path) + ": " + parts.sentence;
+  return parts.verdict + " " + WithName(capture, parts.sentence);
 }
 
 }  // namespace ecaudit::report

@@ -165,6 +165,8 @@ struct HeadlineParts {
 };
 [[nodiscard]] HeadlineParts HeadlinePartsOf(const CaptureDigest& capture);
 
+/// A sentence about the capture with its name: "a.pcapng: no findings ...". Names it once.
+[[nodiscard]] std::string WithName(const CaptureDigest& capture, const std::string& sentence);
 /// The same as one line, with the capture's name: "FAIL a.pcapng: slave 0 (AKD, 0x1001): ... (frame 760)". Printable.
 [[nodiscard]] std::string Headline(const CaptureDigest& capture);
 /// "7 slaves, 6 of them known by broadcasts only".

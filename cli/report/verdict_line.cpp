@@ -141,7 +141,7 @@ VerdictLine VerdictLineOf(const CaptureDigest& capture, const TextStyle& style, 
   };
   if (whole_path && parts.place.empty()) {
     // A summary has no other line for it.
-    return {headline.verdict, " " + path + ": " + headline.sentence, StyleOf(headline.verdict)};
+    return {headline.verdict, " " + WithName(capture, headline.sentence), StyleOf(headline.verdict)};
   }
   const std::size_t room = style.verdict_width - std::min(style.verdict_width, Columns(headline.verdict));
   VerdictLine out{headline.verdict, {}, StyleOf(headline.verdict)};

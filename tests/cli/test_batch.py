@@ -171,7 +171,7 @@ class Batch(BatchTest):
         self.assertEqual(summary["summary"]["captures"], 7)
         done = self.batch("in", "nowhere.pcap", status=2)
         self.assertIn("no such file: nowhere.pcap", done.err)
-        self.assertIn("ERROR in/a/broken.pcap: ", done.out)
+        self.assertIn("ERROR in/a/broken.pcap is not a capture", done.out)
 
     @unittest.skipIf(os.geteuid() == 0, "permissions do not bind root")
     def test_unreadable_folder(self):

@@ -156,7 +156,7 @@ TEST(Digest, Headlines) {
   CaptureDigest unreadable;
   unreadable.path = "x.pcap";
   unreadable.unreadable = "x.pcap is empty";
-  EXPECT_EQ(Headline(unreadable), "ERROR x.pcap: x.pcap is empty");
+  EXPECT_EQ(Headline(unreadable), "ERROR x.pcap is empty");
 }
 
 }  // namespace

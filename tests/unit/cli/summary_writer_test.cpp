@@ -47,7 +47,7 @@ TEST(SummaryWriter, Text) {
             "\n"
             "Captures\n"
             "  FAIL a.pcap: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (frame 760 at 0.759 s)\n"
-            "  ERROR e.pcap: e.pcap is empty\n"
+            "  ERROR e.pcap is empty\n"
             "  PASS b.pcap: warning: bus: title of frame-lost (frame 5 at 0.004 s)\n"
             "  NOTHING-TO-CHECK d.pcap: the capture holds no packet\n"
             "  PASS c.pcap: no findings in 6,759 EtherCAT frames of 1 slave\n");
