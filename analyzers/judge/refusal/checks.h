@@ -29,6 +29,8 @@ void CheckMailboxFirmware(const Case& of, Outcome& found);
 
 /// Was it written while enabled?
 void CheckIgnored(const Case& of, Outcome& found, std::size_t manager);
+/// The code rejects one buffer without synchronisation: has it one?
+void CheckThreeBuffers(const Case& of, Outcome& found, std::size_t manager);
 /// Was it ever written?
 void CheckManagerSet(const Case& of, Outcome& found, std::size_t manager);
 /// Is it enabled although it has no bytes?
@@ -68,6 +70,10 @@ void CheckLeftOn(const Case& of, Outcome& found);
 void CheckSyncActive(const Case& of, Outcome& found);
 /// The code misses a pulse, and all of SYNC0 is right: does SYNC1 run?
 void CheckSync1(const Case& of, Outcome& found);
+/// What is the cycle of SYNC1?
+void CheckSync1Cycle(const Case& of, Outcome& found);
+/// How are the latch units set?
+void CheckLatch(const Case& of, Outcome& found);
 /// The code rejects SYNC0: does it run?
 void CheckSyncUnsupported(const Case& of, Outcome& found);
 /// Nothing is known of its type: did the master set any synchronisation?

@@ -129,6 +129,19 @@ inline constexpr Reason kSyncCycleRejected{
     "sync-cycle-rejected", "the SYNC0 cycle is not accepted",
     "The SYNC0 cycle (0x09A0) is {cycle_us}, which this code rejects. Find the cycles that the slave supports in "
     "its 1C32h:5, its ESI or its manual."};
+inline constexpr Reason kSync1CycleRejected{
+    "sync1-cycle-rejected", "SYNC1 cycle not accepted",
+    "The SYNC1 cycle (0x09A4) is {cycle_us}[ and the SYNC0 cycle (0x09A0) {sync0_us}]. This code rejects it. Take both "
+    "and 0x0981 from one operation mode of the ESI."};
+inline constexpr Reason kLatchSettings{"latch-settings", "latch control (0x09A8, 0x09A9)",
+                                       "Latch control is {latch0} (0x09A8) and {latch1} (0x09A9), and 0x0980 (owner of "
+                                       "the units) is {owner}. A slave that "
+                                       "uses the latch units itself may need bits 4 and 5 of 0x0980."};
+inline constexpr Reason kOneBufferFreeRun{"one-buffer-free-run", Word{"one-buffer-outputs", "SM2 has one buffer"},
+                                          Word{"one-buffer-inputs", "SM3 has one buffer"},
+                                          "SM{sync_manager} has one buffer (control {control}). Without "
+                                          "synchronisation the slave needs three: write 0 to bits "
+                                          "0 and 1 of its control byte, or activate SYNC0."};
 inline constexpr Reason kSyncSettings{
     "sync-settings", "SYNC0 cycle or 0x0981",
     "The SYNC0 cycle (0x09A0) is {cycle_us} and 0x0981 is {activation}[, written in {write_frame}]. Compare both "
@@ -215,7 +228,8 @@ inline constexpr std::array kNotes = NotesOf(
     kWatchdogZero, kNoTrigger, kSyncLeftOn, kSyncOff, kSyncUnseen, kManagerUnseen, kSyncOffAtRequest, kSyncOn,
     kSyncCycleZero, kSyncCycleTooShort, kSyncTypeDiffers, kSyncTypeRejected, kRateDiffers, kIntervalsMissed, kAtPulse,
     kEepromHeld, kModuleDiffers, kModuleCountDiffers, kModulesUnset, kSyncNeverSet, kCountExceeds, kSyncCycleRejected,
-    kSyncSettings, kMailboxAsEeprom, kTypesSwapped, kNoPdoAssigned, kNothingAssigned, kEnabledWithoutLength, kSync1Off);
+    kSyncSettings, kMailboxAsEeprom, kTypesSwapped, kNoPdoAssigned, kNothingAssigned, kEnabledWithoutLength, kSync1Off,
+    kSync1CycleRejected, kLatchSettings, kOneBufferFreeRun);
 
 /// The notes of a rule together with these.
 template <std::size_t N>

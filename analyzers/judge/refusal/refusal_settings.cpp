@@ -56,6 +56,9 @@ constexpr std::array kAbout{
     About{{CheckSyncActive, CheckSyncUnsupported, CheckSyncTypes, CheckSyncSet}, {kSyncRegisters, kSyncParameters}},
     About{{CheckSyncCycle}, {kSyncRegisters, kSyncParameters, kDriveCycle}},
     About{{CheckRate, CheckArrival}, {kSyncRegisters, kClockRegisters, kDriveCycle}},
+    About{{CheckSync1Cycle, CheckLatch}, {kSyncRegisters}},
+    About{{Of<kOutputs, CheckThreeBuffers>}, {kOutputRegisters, kSyncRegisters}},
+    About{{Of<kInputs, CheckThreeBuffers>}, {kInputRegisters, kSyncRegisters}},
     About{{CheckEepromOwner}, {kEepromRegisters}},
     About{{CheckModules, CheckModulesSet}, {kModuleObjects}},
 };

@@ -69,6 +69,14 @@ void CheckIgnored(const Case& of, Outcome& found, std::size_t manager) {
   found.Add(verdict == IgnoredVerdict::kYes, kWriteIgnored, std::move(arguments));
 }
 
+void CheckThreeBuffers(const Case& of, Outcome& found, std::size_t manager) {
+  const auto settings = of.manager(manager);
+  if (!settings || !settings->enabled() || settings->length == 0 || !of.Counts(of.manager_changed(manager))) return;
+  if (!esc::IsOneBuffer(manager, *settings)) return;
+  found.Wrong(kOneBufferFreeRun, {{"sync_manager", NumberOf(manager)}, {"control", arg::Hex(settings->control, 2)}},
+              manager);
+}
+
 void CheckManagerSet(const Case& of, Outcome& found, std::size_t manager) {
   // Below SAFEOP a slave needs no process data.
   if (of.refusal.requested < static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return;

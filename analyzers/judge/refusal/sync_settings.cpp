@@ -82,6 +82,24 @@ void CheckSync1(const Case& of, Outcome& found) {
   found.May(kSync1Off, std::move(arguments));
 }
 
+void CheckSync1Cycle(const Case& of, Outcome& found) {
+  const auto& active = of.dc.active();
+  if (!active || !active->sync1_cycle_ns || !of.Counts(of.sync_changed())) return;
+  found.value = arg::Ms(*active->sync1_cycle_ns);
+  Arguments arguments{{"cycle_us", arg::Us(*active->sync1_cycle_ns)}};
+  if (active->sync0_cycle_ns) arguments.Set("sync0_us", arg::Us(*active->sync0_cycle_ns));
+  found.Wrong(kSync1CycleRejected, std::move(arguments));
+}
+
+void CheckLatch(const Case& of, Outcome& found) {
+  const auto latch0 = of.state.registers.Value<std::uint8_t>(esc::kLatchControl);
+  const auto latch1 = of.state.registers.Value<std::uint8_t>(esc::kLatchControl + 1);
+  const auto owner = of.state.registers.Value<std::uint8_t>(esc::kCyclicUnitControl);
+  if (!latch0 || !latch1 || !owner) return;
+  found.May(kLatchSettings,
+            {{"latch0", arg::Hex(*latch0, 2)}, {"latch1", arg::Hex(*latch1, 2)}, {"owner", arg::Hex(*owner, 2)}});
+}
+
 void CheckSyncUnsupported(const Case& of, Outcome& found) {
   const auto sync0 = of.sync0();
   const FrameNo changed = of.dc.activation_changed();
