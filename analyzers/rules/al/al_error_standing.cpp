@@ -419,7 +419,7 @@ class AlErrorStanding final : public Rule {
     if (s.ignored) finding.Add(kNotAcknowledged);
     if (s.paused && s.code == esc::al_code::kWatchdog && InSafeop(s)) {
       finding.Set("reason", arg::Of(kWhyPaused)).Set("reason_value", arg::Ms(s.paused->length()));
-      finding.notes.push_back(NoteOf(*s.paused));
+      finding.notes.push_back(NoteOf(context(), slave, *s.paused));
     }
     return Report(s.status.raw, std::move(finding));
   }

@@ -413,7 +413,7 @@ class AlUnexpectedChange final : public Rule {
     reported.reasons.reason = &kWhyPaused;
     reported.reasons.value = arg::Ms(pause->length());
     reported.reasons.inferred = true;
-    reported.reasons.notes.push_back(NoteOf(*pause));
+    reported.reasons.notes.push_back(NoteOf(context(), e.slave, *pause));
   }
 
   /// Called again when the error bit or the code is read later.
