@@ -12,7 +12,6 @@
 #include "analyzers/judge/finding_store.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
-#include "analyzers/progress/axis_view.h"
 #include "analyzers/sync/sync_model.h"
 #include "analyzers/sync/sync_type.h"
 #include "decoder/base/time.h"
@@ -254,21 +253,21 @@ bool HasCode(const Finding& effect, std::initializer_list<esc::al_code::Code> co
 }
 
 /// The slave's own code speaks of process data: their sync managers, length or mapping.
-bool NamesProcessData(const RuleContext&, const Finding& effect) {
+bool IsAboutProcessData(const Finding& finding) {
   using namespace esc::al_code;
-  return HasCode(effect, {kSyncManagers, kOutputs, kInputs, kNeedsInit, kInputMapping, kOutputMapping});
+  return HasCode(finding, {kSyncManagers, kOutputs, kInputs, kNeedsInit, kInputMapping, kOutputMapping});
+}
+bool NamesProcessData(const RuleContext&, const Finding& effect) {
+  return IsAboutProcessData(effect);
 }
 
 /// The code is about the exchange of process data or the settings for it.
-bool NamesExchange(const RuleContext& context, const Finding& effect) {
+bool IsAboutExchange(const Finding& finding) {
   using namespace esc::al_code;
-  return NamesProcessData(context, effect) || HasCode(effect, {kNoInputs, kNoOutputs, kWatchdog, kNoInputsAndOutputs});
+  return IsAboutProcessData(finding) || HasCode(finding, {kNoInputs, kNoOutputs, kWatchdog, kNoInputsAndOutputs});
 }
-
-/// The slave refused OP, and its code names something else than process data.
-bool NamesNoExchange(const RuleContext& context, const Finding& cause) {
-  const auto code = NumberOf(cause, "al_status_code");
-  return code && *code > esc::al_code::kUnspecified && !NamesExchange(context, cause);
+bool NamesExchange(const RuleContext&, const Finding& effect) {
+  return IsAboutExchange(effect);
 }
 
 /// The code is about the synchronisation mode or its cycle.
@@ -384,10 +383,9 @@ bool IsFaultOfMotion(const RuleContext& context, const Finding& effect) {
   return MayComeOfCommand(*context.slave(effect.slave).profile, *code);
 }
 
-/// An axis that does not move in a mode whose set points a drive takes at SYNC0: interpolated or cyclic synchronous.
+/// It stands still in a mode with a set point for each cycle, which some drives take at SYNC0 only.
 bool StandsStillInSync(const RuleContext&, const Finding& effect) {
-  return effect.kind != nullptr && effect.kind->name == "stands-still" &&
-         NumberOf(effect, "mode").value_or(0) >= progress::kInterpolated;
+  return effect.arguments.Has("cyclic");
 }
 
 /// An emergency of such a fault.
@@ -443,9 +441,8 @@ struct Law {
   TimeNs within = 0;  ///< after the cause's last frame; < 0: however long after it began, or kWhileItLasts
   bool (*holds)(const RuleContext&, const Finding& effect) = nullptr;  ///< further condition on the effect
   Bus of_bus = Bus::kNo;
-  bool (*fits)(const Finding& effect, const Finding& cause) = nullptr;      ///< condition on both
-  bool by_warning = false;                                                  ///< a warning may cause an error
-  bool (*cause_holds)(const RuleContext&, const Finding& cause) = nullptr;  ///< further condition on the cause
+  bool (*fits)(const Finding& effect, const Finding& cause) = nullptr;  ///< condition on both
+  bool by_warning = false;                                              ///< a warning may cause an error
 };
 
 /// The slave gave a code, and no setting explains it.
@@ -492,16 +489,14 @@ bool ShowsOtherActualValue(const Finding& effect, const Finding& cause) {
   return ShowsOther(effect, cause, 0x6064) || ShowsOther(effect, cause, 0x606C) || ShowsOther(effect, cause, 0x6077);
 }
 
-/// Slaves may take outputs in OP only: what does not count in SAFEOP, after that refusal of OP, follows from it.
+/// Slaves may take outputs in OP only: what does not count in SAFEOP, after a refusal of OP whose code names something
+/// else than process data, follows from that.
 bool IsRefusedOp(const Finding& effect, const Finding& cause) {
   constexpr auto kOperational = static_cast<std::int64_t>(esc::AlState::OP);
   const bool outputs = CodeOf(effect, "direction") == "outputs" && effect.arguments.Has("request_frame");
-  return outputs && effect.kind->name == "never-counted" && StateOf(cause, "requested") == kOperational;
-}
-
-/// It stands still in a mode with a set point for each cycle, which some drives take at SYNC0 only.
-bool IsCyclicMode(const RuleContext&, const Finding& effect) {
-  return effect.arguments.Has("cyclic");
+  if (!outputs || effect.kind->name != "never-counted" || StateOf(cause, "requested") != kOperational) return false;
+  const auto code = NumberOf(cause, "al_status_code");
+  return code && *code > esc::al_code::kUnspecified && !IsAboutExchange(cause);
 }
 
 /// SYNC0 is on, and the slave shows a type without it.
@@ -593,7 +588,7 @@ constexpr std::array kLaws{
     Law{"al-refused", "wkc-never-right", -1, NamesWatchdog},
     Law{"al-unexpected-change", "wkc-never-right", -1, NamesWatchdog},
     Law{"al-timeout", "wkc-never-right", -1, RequestsOp},
-    Law{"wkc-never-right", "al-refused", -1, nullptr, Bus::kNo, IsRefusedOp, false, NamesNoExchange},
+    Law{"wkc-never-right", "al-refused", -1, nullptr, Bus::kNo, IsRefusedOp},
     Law{"sync-watchdog-margin", "wkc-never-right", -1, nullptr, Bus::kNo, CountsNoOutputs},
     Law{"wkc-never-right", "fmmu-mismatch", -1},
     Law{"wkc-never-right", "sm-process-config", -1},
@@ -611,7 +606,8 @@ constexpr std::array kLaws{
     Law{"drive-mode-not-shown", "drive-not-commanded", -1, nullptr, Bus::kNo, Overlaps},
     Law{"drive-not-commanded", "pdo-object-type", -1},
     Law{"drive-not-following", "drive-not-commanded", -1, nullptr, Bus::kNo, Overlaps},
-    Law{"drive-not-following", "sync-type-mismatch", kWhileItLasts, IsCyclicMode, Bus::kNo, IsTypeWithoutSync0, true},
+    Law{"drive-not-following", "sync-type-mismatch", kWhileItLasts, StandsStillInSync, Bus::kNo, IsTypeWithoutSync0,
+        true},
     Law{"drive-not-following", "sync-start-in-past", -1, StandsStillInSync},
     Law{"drive-not-following", "sync-not-activated", -1, StandsStillInSync},
     Law{"drive-not-following", "sync-switched-off", -1, StandsStillInSync},
@@ -687,7 +683,6 @@ void JoinConsequences(RuleContext& context) {
         if (law.within < 0 && BegunBy(cause) > over) continue;
         if (law.within >= 0 && !Follows(context, effect.slave, moment, cause, law.within)) continue;
         if (law.fits != nullptr && !law.fits(effect, cause)) continue;
-        if (law.cause_holds != nullptr && !law.cause_holds(context, cause)) continue;
         if (LeadsTo(findings, c, e)) continue;
         // The last one that had begun before the effect.
         if (best == kNoFinding || BegunBy(cause) > BegunBy(findings[best])) best = c;

@@ -49,7 +49,10 @@ Note NoteOf(const RuleContext& context, SlaveId slave, const sync::ProcessDataPa
   Arguments arguments{{"paused_from", arg::Frame(pause.from.number)},
                       {"paused_to", arg::Frame(pause.to.number)},
                       {"pause_ms", arg::Ms(pause.length())}};
-  if (context.network().fmmus(slave).any) arguments.Set("mapped", arg::Flag());
+  if (context.network().fmmus(slave).any) {
+    arguments.Set("mapped", arg::Flag());
+    arguments.Set("watchdog_ms", arg::Ms(context.sync().outputs(slave).watchdog_ns));
+  }
   return {&kAllPaused, std::move(arguments)};
 }
 

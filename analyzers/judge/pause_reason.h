@@ -15,7 +15,7 @@ inline constexpr NoteKind kAllPaused{
     .text =
         R"(From {paused_from} to {paused_to}, for {pause_ms}, no slave got outputs (LRW, LWR). [{!mapped}The FMMUs of
 this slave are not in the capture: which of them are its own is not known.][{?mapped}The watchdog of this slave is not in
-the capture (0x0400, 0x0420): it may be shorter than 100 ms.])"};
+the capture (0x0400, 0x0420): it may be shorter than {watchdog_ms}.])"};
 /// For the title.
 inline constexpr Word kWhyPaused{"process-data-paused", "no outputs"};
 

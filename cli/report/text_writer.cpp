@@ -302,9 +302,8 @@ class CaptureText {
                       std::to_string(dc.difference_max_ns) + ")" + SettledText(dc));
     }
     if (dc.activated.seen() && dc.sync0_cycle_ns) {
-      // A cycle of 0 is a single pulse, or SYNC1 alone.
-      std::string sync = *dc.sync0_cycle_ns == 0 ? "SYNC without cycle of SYNC0 (0x09a0 = 0)"
-                                                 : "SYNC0 every " + Duration(*dc.sync0_cycle_ns);
+      // That is a single pulse, or SYNC1 alone.
+      std::string sync = *dc.sync0_cycle_ns == 0 ? "SYNC0 with cycle 0" : "SYNC0 every " + Duration(*dc.sync0_cycle_ns);
       sync += " from #" + std::to_string(dc.activated.number);
       if (dc.activation && (*dc.activation & 1U) == 0) sync += ", off at the end";
       parts.push_back(std::move(sync));

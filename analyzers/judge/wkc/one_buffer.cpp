@@ -3,8 +3,7 @@
 #include "analyzers/model/bus_model.h"
 #include "analyzers/model/logical_expectation.h"
 #include "analyzers/model/slave_model.h"
-#include "decoder/esc/register_addresses.h"
-#include "decoder/track/network.h"
+#include "analyzers/sync/sync_model.h"
 
 namespace ecaudit::wkc {
 namespace {
@@ -41,10 +40,8 @@ std::optional<OneBufferUse> UseOfOneBuffer(const RuleContext& context, const tra
 }
 
 bool IsSync0Off(const RuleContext& context, SlaveId slave) {
-  constexpr std::uint8_t kSync0 = 0x02;
-  const auto activation =
-      context.network().state(slave).registers.Value<std::uint8_t>(esc::kDcActivation, Certainty::kObserved);
-  return activation && (*activation & kSync0) == 0;
+  const auto& activation = context.sync().dc(slave).activation();
+  return activation && !activation->sync0();
 }
 
 }  // namespace ecaudit::wkc

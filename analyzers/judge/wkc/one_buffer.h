@@ -25,7 +25,7 @@ struct OneBufferUse {
 [[nodiscard]] std::optional<OneBufferUse> UseOfOneBuffer(const RuleContext& context,
                                                          const track::LogicalAccess& access);
 
-/// The master switched SYNC0 off in that slave, and not on again.
+/// The capture shows that SYNC0 is off in that slave (0x0981).
 [[nodiscard]] bool IsSync0Off(const RuleContext& context, SlaveId slave);
 
 }  // namespace ecaudit::wkc
