@@ -98,6 +98,18 @@ def screen(raw: bytes) -> bytes:
     return re.sub(rb"\x1b\[(\d+)C", lambda step: b" " * int(step.group(1)), raw)
 
 
+def read_terminal(leader: int) -> bytes:
+    """All that was written to a pseudo terminal whose other end is closed; one read may give a part only. Closes it."""
+    written = b""
+    try:
+        while chunk := os.read(leader, 65536):
+            written += chunk
+    except OSError:  # Linux reports the closed end so
+        pass
+    os.close(leader)
+    return written
+
+
 def foreign_capture() -> bytes:
     """Packets, but no EtherCAT."""
     frame = b"\xff" * 6 + b"\x02" * 6 + b"\x08\x06" + bytes(46)

@@ -16,7 +16,7 @@ import urllib.parse
 import xml.etree.ElementTree as ET
 
 from support import (PROGRAM, SCHEMA, SHARED, SOURCE, WINDOWS, Bus, CliTest, faulty_bus, faulty_capture,
-                     foreign_capture, healthy_capture)
+                     foreign_capture, healthy_capture, read_terminal)
 from test_ci_formats import JUNIT_SCHEMA, sarif_errors
 from test_report import strict
 
@@ -314,13 +314,7 @@ class Batch(BatchTest):
                 slow.flush()
                 time.sleep(1.6)
                 slow.write(content[24:])
-            seen = b""
-            try:
-                while chunk := os.read(leader, 65536):
-                    seen += chunk
-            except OSError:
-                pass
-            os.close(leader)
+            seen = read_terminal(leader)
             child.wait()
         self.assertRegex(seen, rb"3 of 4 captures  .*[1-9]\d* frames, \d+ frames/s")
         self.assertTrue(seen.replace(b"\r", b"").endswith(b"\x1b[Kecaudit: 4 reports in ecaudit-reports\n"), seen)

@@ -9,8 +9,8 @@ import struct
 import subprocess
 import unittest
 
-from support import (APRD, BRD, FPRD, FPWR, LRW, PROGRAM, SOURCE, Bus, CliTest, foreign_capture, scanned_bus,
-                     screen)
+from support import (APRD, BRD, FPRD, FPWR, LRW, PROGRAM, SOURCE, Bus, CliTest, foreign_capture, read_terminal,
+                     scanned_bus, screen)
 
 KEYS = ["frame", "datagram", "time_s", "direction", "command", "index", "adp", "ado", "length", "irq", "wkc", "more",
         "circulating", "slave", "register", "data"]
@@ -154,17 +154,12 @@ class DecodeText(Decode):
     def terminal(self, *arguments, **environment):
         master, slave = pty.openpty()
         env = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "TERM")}
-        done = subprocess.run([PROGRAM, "decode", *arguments], stdout=slave, stderr=subprocess.PIPE, timeout=60,
-                              env={**env, "TERM": "xterm", **environment})
-        os.close(slave)
-        out = b""
-        try:
-            while chunk := os.read(master, 65536):
-                out += chunk
-        except OSError:
-            pass
-        os.close(master)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        with subprocess.Popen([PROGRAM, "decode", *arguments], stdout=slave, stderr=subprocess.PIPE,
+                              env={**env, "TERM": "xterm", **environment}) as child:
+            os.close(slave)
+            out = read_terminal(master)
+            errors = child.stderr.read()
+        self.assertEqual(child.returncode, 0, errors)
         return screen(out).decode()
 
     def test_colour_on_a_terminal(self):

@@ -12,7 +12,7 @@ import subprocess
 import termios
 import unittest
 
-from support import PROGRAM, SCHEMA, SHARED, SOURCE, CliTest, healthy_capture, screen
+from support import PROGRAM, SCHEMA, SHARED, SOURCE, CliTest, healthy_capture, read_terminal, screen
 
 try:
     import jsonschema
@@ -724,13 +724,7 @@ class Terminal(CliTest):
         with subprocess.Popen([PROGRAM, "check", self.faulty, *arguments], stdout=follower, stderr=subprocess.PIPE,
                               stdin=subprocess.DEVNULL, env=env, cwd=self.dir) as child:
             os.close(follower)
-            out = b""
-            try:
-                while chunk := os.read(leader, 65536):
-                    out += chunk
-            except OSError:  # Linux reports the closed end so
-                pass
-            os.close(leader)
+            out = read_terminal(leader)
             child.stderr.read()
         return screen(out)
 

@@ -10,7 +10,7 @@ import subprocess
 import threading
 import unittest
 
-from support import PROGRAM, CliTest, foreign_capture, healthy_capture
+from support import PROGRAM, CliTest, foreign_capture, healthy_capture, read_terminal
 
 
 class Usage(CliTest):
@@ -43,8 +43,7 @@ class Usage(CliTest):
         leader, terminal = os.openpty()
         done = subprocess.run([PROGRAM], stdout=terminal, stderr=terminal, stdin=subprocess.DEVNULL)
         os.close(terminal)
-        page = os.read(leader, 4096).decode()
-        os.close(leader)
+        page = read_terminal(leader).decode()
         self.assertEqual(done.returncode, 2)
         commands = re.findall(r"^  ecaudit ([a-z]+) ", page, re.M)
         self.assertEqual(commands, ["check", "batch", "explain"])
