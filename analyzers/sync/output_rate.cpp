@@ -10,6 +10,8 @@ namespace {
 constexpr TimeNs kPause = 16;
 /// By no more than this part of a cycle intervals may differ from whole ones.
 constexpr TimeNs kFirm = 4;
+/// Frames whose intervals differ from whole cycles by more than this part in the mean show no pause for certain.
+constexpr TimeNs kScattered = 8;
 
 }  // namespace
 
@@ -18,9 +20,12 @@ double OutputRate::JitterShare() const {
   // First and last frame are wrong by as much as an interval is: hardly ever by more than three times the usual.
   const double ends =
       std::min(3 * static_cast<double>(off_) / static_cast<double>(intervals_), static_cast<double>(most_off_));
-  // Frames that follow a pause all at once make up for it.
-  const std::int64_t doubtful =
-      sum_.doubtful < 0 ? std::min<std::int64_t>(sum_.doubtful + sum_.left_out, 0) : sum_.doubtful;
+  // Frames that follow a pause all at once make up for it. What is left of both may be jitter as well, and so may a
+  // pause be among frames that are usually off by much.
+  const bool scattered = off_ / static_cast<TimeNs>(intervals_) > nominal_ / kScattered;
+  const std::int64_t doubtful = scattered           ? std::abs(sum_.doubtful) + sum_.left_out
+                                : sum_.doubtful < 0 ? sum_.doubtful + sum_.left_out
+                                                    : sum_.doubtful;
   const double cycles = static_cast<double>(std::abs(doubtful)) + static_cast<double>(sum_.open) / 2;
   return (ends + cycles * static_cast<double>(nominal_)) / static_cast<double>(sum_.ns);
 }

@@ -75,6 +75,7 @@ synchronised, even without jitter.
 - The DC time counts as exact. With stamps, 100 ppm of the clock of the host are added to their uncertainty.
 - The jitter of the frames makes the mean uncertain, too. If the limit lies within that uncertainty, the mean is not
   evaluated.
+- If the intervals differ from whole cycles by more than an eighth in the mean, pauses make it uncertain as well.
 - The mean is not evaluated either if most cycles are as long as configured, and pauses of no whole number of cycles
   move it.
 - A deviation of more than a tenth is another cycle, which sync-cycle-mismatch reports.
