@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <limits>
 #include <string_view>
 #include <utility>
@@ -61,13 +62,25 @@ no outputs, and its watchdog reports it (AL status code 0x001b).)",
     .next = kNext,
     .identity = "direction"};
 
+constexpr FindingKind kPartNotMapped{
+    .name = "part-not-mapped",
+    .title = "In OP, but no active FMMU maps the outputs of SM{sync_manager}",
+    .message =
+        R"(The slave is in OP since {frame}. SM{sync_manager} is enabled for outputs (start {physical_start}, length
+{length:number}). No active FMMU maps it, and the master does not write it directly either. Other outputs of the slave
+are mapped, so its watchdog does not report the missing ones.)",
+    .next =
+        R"(Before SAFEOP is requested, write an FMMU of type 2 for {physical_start}, {length}: check how many FMMUs the
+master can set up. If this part of the slave is not used, switch SM{sync_manager} off.)",
+    .identity = "sync_manager"};
+
 constexpr NoteKind kStaysInOp{
     .name = "stays-in-op",
     .text =
         R"(The slave stays in OP for {stayed_ms}, until {until_frame}, without outputs: its watchdog does not
 act[ ({reason})]. Its outputs keep their values, also if the master fails.)"};
 
-constexpr const FindingKind* kKinds[] = {&kSwitchedOff, &kNotMapped, &kOpRefused};
+constexpr const FindingKind* kKinds[] = {&kSwitchedOff, &kNotMapped, &kOpRefused, &kPartNotMapped};
 constexpr const NoteKind* kNotes[] = {&kStaysInOp};
 
 constexpr Word kWatchdogTimeZero{"watchdog-time-zero", "0x0420 is 0"};
@@ -97,7 +110,8 @@ A slave in OP with an enabled sync manager for outputs (or inputs), if both hold
 - No active FMMU of that direction maps a byte of the sync manager.
 - The master does not write (or read) its memory directly either.
 
-Also a slave that refuses OP for this reason (0x001B).
+Also a slave that refuses OP for this reason (0x001B), and a slave with several sync managers for outputs of which one
+is not mapped.
 
 ## Why it matters
 The slave takes no part in the exchange. Its outputs do not change and its watchdog ends OP (0x001B), or the master
@@ -111,6 +125,7 @@ evaluated.
 - Everything else is reported when the slave leaves OP or the capture ends, after at least 20 ms in OP.
 - AL Status that shows OP after twice the watchdog time without outputs shows that the watchdog does not act: a
   warning.
+- Outputs of one sync manager beside mapped ones of another are a warning: the slave stays in OP without them.
 - Inputs that no FMMU maps are an info: the master does not use them, and the slave does not need that.
 - One access to the memory of the sync manager by position or station address proves an exchange without FMMU.
 
@@ -159,6 +174,7 @@ class FmmuInactive final : public Rule {
     slave.op_since = slave.shown = e.frame;
     slave.off = {};
     slave.direct.fill(false);
+    slave.written.reset();
     slave.reported.fill(false);
   }
   void On(const track::AlRequest& e) {
@@ -184,6 +200,12 @@ class FmmuInactive final : public Rule {
         if (length == 0 || !manager || e.address >= manager->end() || e.address + length <= manager->start) continue;
         slaves_[e.slave].direct[outputs ? 1 : 0] = true;
       }
+      for (std::size_t n = 0; n < esc::kMaxSyncManagers && !e.written.empty(); ++n) {
+        const auto manager = OutputsOf(state, n);
+        if (manager && e.address < manager->end() && e.address + e.written.size() > manager->start) {
+          slaves_[e.slave].written.set(n);
+        }
+      }
     }
   }
 
@@ -206,12 +228,14 @@ class FmmuInactive final : public Rule {
     FrameRef shown;     ///< the last read that shows it in OP
     FrameRef off;       ///< its outputs are switched off since then; not seen: they are not
     bool was_in_op = false;
-    std::array<bool, 2> direct{};    ///< inputs are read, outputs are written without FMMU
-    std::array<bool, 2> reported{};  ///< since it is in OP
+    std::array<bool, 2> direct{};                ///< inputs are read, outputs are written without FMMU
+    std::bitset<esc::kMaxSyncManagers> written;  ///< outputs of these are written without FMMU
+    std::array<bool, 2> reported{};              ///< since it is in OP
     FindingIndex outputs = kNoFinding;
     FrameNo dropped = 0;
   };
   static constexpr std::size_t kMost = 256;
+  static constexpr std::uint64_t kParts = 16;  ///< key of sync manager 0; below: directions
   struct Consequence {
     SlaveId slave = kNoSlave;
     FrameNo frame = 0;
@@ -249,6 +273,7 @@ class FmmuInactive final : public Rule {
       const FindingIndex index = Evaluate(id, outputs, since, nullptr);
       if (index != kNoFinding && new_one && !by_itself) GoesOn(id, outputs, index, since);
     }
+    if (long_enough && !slave.reported[1]) EvaluateParts(id, since);
     if (slave.off.seen() && slave.outputs != kNoFinding && !by_itself) GoesOn(id, true, slave.outputs, slave.off);
     slave.op_since = {};
   }
@@ -289,27 +314,7 @@ class FmmuInactive final : public Rule {
     const track::KnownFmmus& fmmus = context().network().fmmus(id);
     const auto manager = state.process_manager(DirectionOf(outputs));
     if (!manager || !fmmus.any || slave.direct[outputs ? 1 : 0] || slave.reported[outputs ? 1 : 0]) return kNoFinding;
-    const bool mapped = std::ranges::any_of(fmmus.active, [&](const auto& unit) {
-      return (outputs ? unit.fmmu.writes() : unit.fmmu.reads()) && unit.fmmu.physical_start < manager->end() &&
-             unit.fmmu.physical_end() > manager->start;
-    });
-    if (mapped) return kNoFinding;
-    if (MayMapUnseen(state)) {
-      NotEvaluable(id, ReasonCode::kNotInCapture, kWriteResult, frame.number);
-      return kNoFinding;
-    }
-    if (MissesPackets(context().pairing())) {
-      NotEvaluable(id, ReasonCode::kMissesPackets, frame.number);
-      return kNoFinding;
-    }
-    if (off == nullptr && context().network().MissesBetween(FirstLearned(state), frame.number)) {
-      NotEvaluable(id, ReasonCode::kCaptureGap, what::kSyncManagersAndFmmus, frame.number);
-      return kNoFinding;
-    }
-    if (off == nullptr && !fmmus.all) {
-      NotEvaluable(id, ReasonCode::kNotInCapture, what::kFmmus, frame.number);
-      return kNoFinding;
-    }
+    if (IsMapped(fmmus, *manager, outputs) || IsUndecided(id, frame, off)) return kNoFinding;
     slave.reported[outputs ? 1 : 0] = true;
     const std::uint64_t key = refused ? 2 : outputs ? 1 : 0;
     FindingIndex index = Repeat(id, key, frame);
@@ -323,6 +328,60 @@ class FmmuInactive final : public Rule {
     if (outputs) slave.outputs = index;
     if (outputs && off != nullptr) slave.off = frame;
     return index;
+  }
+
+  [[nodiscard]] static bool IsMapped(const track::KnownFmmus& fmmus, const esc::SyncManager& manager, bool outputs) {
+    return std::ranges::any_of(fmmus.active, [&](const auto& unit) {
+      return (outputs ? unit.fmmu.writes() : unit.fmmu.reads()) && unit.fmmu.physical_start < manager.end() &&
+             unit.fmmu.physical_end() > manager.start;
+    });
+  }
+
+  /// Something may map the process data that the capture does not show; the reason is noted.
+  bool IsUndecided(SlaveId id, const FrameRef& frame, const track::SlaveAccess* off) {
+    const track::SlaveState& state = context().network().state(id);
+    if (MayMapUnseen(state)) {
+      NotEvaluable(id, ReasonCode::kNotInCapture, kWriteResult, frame.number);
+    } else if (MissesPackets(context().pairing())) {
+      NotEvaluable(id, ReasonCode::kMissesPackets, frame.number);
+    } else if (off == nullptr && context().network().MissesBetween(FirstLearned(state), frame.number)) {
+      NotEvaluable(id, ReasonCode::kCaptureGap, what::kSyncManagersAndFmmus, frame.number);
+    } else if (off == nullptr && !context().network().fmmus(id).all) {
+      NotEvaluable(id, ReasonCode::kNotInCapture, what::kFmmus, frame.number);
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  /// Sync manager n, if it is enabled for outputs.
+  [[nodiscard]] static std::optional<esc::SyncManager> OutputsOf(const track::SlaveState& state, std::size_t n) {
+    const auto manager = state.sync_manager(n, Certainty::kInferred);
+    const bool outputs = manager && manager->enabled() && manager->length > 0 && esc::IsProcessData(n, *manager) &&
+                         manager->direction() == esc::SmDirection::ECAT_WRITES;
+    return outputs ? manager : std::nullopt;
+  }
+
+  /// Of several sync managers for outputs one is not mapped.
+  void EvaluateParts(SlaveId id, const FrameRef& frame) {
+    const track::SlaveState& state = context().network().state(id);
+    const track::KnownFmmus& fmmus = context().network().fmmus(id);
+    if (!fmmus.any) return;
+    for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
+      const auto manager = OutputsOf(state, n);
+      if (!manager || slaves_[id].written[n] || IsMapped(fmmus, *manager, true)) continue;
+      if (IsUndecided(id, frame, nullptr)) return;
+      const std::uint64_t key = kParts + n;
+      if (Repeat(id, key, frame) != kNoFinding) continue;
+      Finding finding = Found(kPartNotMapped, id, frame);
+      if (context().network().MayMissBetween(FirstLearned(state), frame.number)) {
+        finding.confidence = Confidence::kInferred;
+      }
+      finding.Set("sync_manager", arg::Number(static_cast<std::int64_t>(n)))
+          .Set("physical_start", arg::Hex(manager->start))
+          .Set("length", arg::Count(manager->length, "byte"));
+      Report(key, Severity::kWarning, std::move(finding));
+    }
   }
 
   [[nodiscard]] Finding Describe(SlaveId id, bool outputs, const esc::SyncManager& manager, const FrameRef& frame,
