@@ -383,6 +383,27 @@ bool IsFaultOfMotion(const RuleContext& context, const Finding& effect) {
   return MayComeOfCommand(*context.slave(effect.slave).profile, *code);
 }
 
+/// The drive gives no reason for its fault, or a code of the manufacturer that has no known meaning.
+bool IsFaultWithoutMeaning(const RuleContext& context, const Finding& effect) {
+  const auto code = NumberOf(effect, "fault_code");
+  return !code || IsUnexplained(*context.slave(effect.slave).profile, *code);
+}
+
+/// The same, and the drive was seen without it before.
+bool IsNewFaultWithoutMeaning(const RuleContext& context, const Finding& effect) {
+  return effect.arguments.Has("state_before") && IsFaultWithoutMeaning(context, effect);
+}
+
+/// Frames came on the wrong side of SYNC0 again and again.
+bool FollowsIrregularFrames(const Finding& effect, const Finding& cause) {
+  return cause.kind != nullptr && cause.kind->name == "irregular" && Precedes(effect, cause);
+}
+
+/// A part of the outputs is never written.
+bool LacksOutputs(const Finding&, const Finding& cause) {
+  return cause.kind != nullptr && cause.kind->name == "part-not-mapped";
+}
+
 /// It stands still in a mode with a set point for each cycle, which some drives take at SYNC0 only.
 bool StandsStillInSync(const RuleContext&, const Finding& effect) {
   return effect.arguments.Has("cyclic");
@@ -615,6 +636,9 @@ constexpr std::array kLaws{
     Law{"drive-fault", "drive-mode-not-shown", kSoon, IsFaultOfMotion, Bus::kNo, IsModeNotAccepted, true},
     Law{"drive-fault", "drive-setpoint-jump", kSoon, IsFaultOfMotion, Bus::kNo, PrecedesOnAxis, true},
     Law{"drive-fault", "drive-not-following", kSoon, IsFaultOfMotion, Bus::kNo, PrecedesOnAxis, true},
+    Law{"drive-fault", "sync-window-violation", kLater, IsNewFaultWithoutMeaning, Bus::kNo, FollowsIrregularFrames,
+        true},
+    Law{"drive-fault", "fmmu-inactive", kWhileItLasts, IsFaultWithoutMeaning, Bus::kNo, LacksOutputs, true},
     Law{"drive-illegal-state-change", "drive-mode-not-shown", kSoon, nullptr, Bus::kNo, IsModeNotAccepted},
     Law{"emcy-received", "drive-mode-not-shown", kSoon, IsEmergencyOfMotion, Bus::kNo, IsModeNotAccepted, true},
     Law{"emcy-received", "drive-setpoint-jump", kSoon, IsEmergencyOfMotion, Bus::kNo, Precedes, true},

@@ -31,10 +31,9 @@ std::optional<Reason> DriveWordsMissing(const model::SlaveModel& slave, bool nee
   return Reason::Of(ReasonCode::kNotInCapture, seen && !status_missing ? what::kControlWord : what::kStatusWord);
 }
 
-bool MayComeOfCommand(const device::DeviceDescription& family, std::int64_t code) {
-  constexpr std::int64_t kCurrent = 0x23, kGeneric = 0x10, kVelocity = 0x84, kPosition = 0x86, kSpecific = 0xFF;
+bool IsUnexplained(const device::DeviceDescription& family, std::int64_t code) {
+  constexpr std::int64_t kGeneric = 0x10, kSpecific = 0xFF;
   const std::int64_t group = code >> 8U;
-  if (group == kCurrent || (group >= kVelocity && group <= kPosition)) return true;
   if (group > kGeneric && group != kSpecific) return false;
   const bool has_numbers = family.drive && std::ranges::any_of(family.drive->fault_objects, [](const auto& object) {
                              return object.kind == device::FaultValue::kFaultNumber;
@@ -42,6 +41,12 @@ bool MayComeOfCommand(const device::DeviceDescription& family, std::int64_t code
   const events::EmergencyInfo info = events::FindEmergency(&family, static_cast<std::uint16_t>(code));
   const bool listed = info.code != nullptr && info.code->code == info.code->last_code;
   return !listed && !has_numbers;
+}
+
+bool MayComeOfCommand(const device::DeviceDescription& family, std::int64_t code) {
+  constexpr std::int64_t kCurrent = 0x23, kVelocity = 0x84, kPosition = 0x86;
+  const std::int64_t group = code >> 8U;
+  return group == kCurrent || (group >= kVelocity && group <= kPosition) || IsUnexplained(family, code);
 }
 
 void NameAxis(Finding& finding, std::uint8_t axis) {

@@ -14,6 +14,9 @@ namespace ecaudit {
 /// empty when it is known of each axis, when the slave is no drive, or when it never exchanged process data.
 [[nodiscard]] std::optional<Reason> DriveWordsMissing(const model::SlaveModel& slave, bool needs_control);
 
+/// Neither the standard nor the manual of the family gives the error code of a drive a meaning.
+[[nodiscard]] bool IsUnexplained(const device::DeviceDescription& family, std::int64_t code);
+
 /// Whether a fault with this code (603Fh, emergency) can come from the set points or the mode that the drive was given:
 /// a code of current (0x23xx), velocity or position control (0x84xx to 0x86xx), or one that gives no reason (generic,
 /// or of the manufacturer and not in the list of the family).
