@@ -48,6 +48,7 @@ void SetpointCheck::Step(const AxisView& now, AxisRecords& out) {
     step_count_ = 0;
     last_target_.reset();
     outlier_.reset();
+    outside_from_ = {};
     echoes_ = 0;
     leads_ = false;
     repeats_ = {};
@@ -321,18 +322,29 @@ void SetpointCheck::Limits(const AxisView& now, AxisRecords& out) {
   const auto& target = now.Target(Quantity::kPosition);
   const auto& actual = now.Actual(Quantity::kPosition);
   const auto& [least, most] = now.limits;
-  // Both 0, or the wrong way round: switched off.
-  const bool used = target && least && most && *least < *most;
-  const bool below = used && *target < *least;
-  const bool outside = below || (used && *target > *most);
+  // Both 0, or the wrong way round: switched off. Where only one is in the capture, it counts if it is not 0.
+  const bool both = least && most;
+  const bool used = target && (both ? *least < *most : (least ? least : most).value_or(0) != 0);
+  const bool below = used && least && *target < *least;
+  const bool outside = below || (used && most && *target > *most);
   const TimeNs held = outside_.Hold(outside, now.frame);
-  // An axis that rests at its end is some increments beyond it now and then.
-  const bool far = outside && Magnitude(Bounded(*target) - Bounded(below ? *least : *most)) >= kLeastJump;
+  const std::int64_t limit = below ? least.value_or(0) : most.value_or(0);
+  const auto beyond = [&](const std::optional<std::int64_t>& value) {
+    if (!value) return std::int64_t{0};
+    return below ? Bounded(limit) - Bounded(*value) : Bounded(*value) - Bounded(limit);
+  };
+  if (!outside || !outside_from_.target)
+    outside_from_ = {target, outside && beyond(actual) > 0 ? actual : std::nullopt};
+  // An axis that rests at its end is some increments beyond it now and then. One that was outside before the target
+  // asked for a motion may rest there.
+  const bool stood = outside_from_.actual && target;
+  const bool asked = !stood || Magnitude(Apart(*outside_from_.target, *target)) >= kLeastJump;
+  const bool far = outside && asked && beyond(target) >= kLeastJump;
   if (far && out.IsDue(AxisFact::kOutsideLimits, outside_, held, kOutsideNs, now.frame, Quantity::kPosition)) {
     AxisRecord record = now.Record(AxisFact::kOutsideLimits, outside_.since(), held);
     record.quantity = Quantity::kPosition;
     record.a = *target;
-    record.b = below ? *least : *most;
+    record.b = limit;
     record.c = actual.value_or(0);
     record.healthy = !actual;
     out.Add(record);
@@ -340,9 +352,9 @@ void SetpointCheck::Limits(const AxisView& now, AxisRecords& out) {
   if (!outside || !actual) return;
   AxisRecord* const reported = out.Find(AxisFact::kOutsideLimits);
   if (reported == nullptr || reported->followed) return;
-  const std::int64_t limit = below ? *least : *most;
-  const std::int64_t beyond = below ? Bounded(limit) - Bounded(*actual) : Bounded(*actual) - Bounded(limit);
-  if (beyond <= 0 || beyond * 2 < Magnitude(Bounded(*target) - Bounded(limit))) return;
+  const std::int64_t way = stood ? Apart(*outside_from_.actual, *actual) : beyond(actual);
+  const std::int64_t goal = stood ? Apart(*outside_from_.target, *target) : beyond(target);
+  if (beyond(actual) <= 0 || way == 0 || Magnitude(way) * 2 < Magnitude(goal)) return;
   // The limits are not in use, or in another unit.
   reported->followed = reported->healthy = true;
   reported->c = *actual;

@@ -78,6 +78,9 @@ class SetpointCheck {
   FrameRef echo_since_;
   bool echo_told_ = false;
   Lasting outside_;
+  struct Outside {
+    std::optional<std::int64_t> target, actual;  ///< actual: it was outside as well
+  } outside_from_;                               ///< when the target got outside
   /// A large step of the target, and steps back in its next change.
   struct Returns {
     std::optional<std::int64_t> target;

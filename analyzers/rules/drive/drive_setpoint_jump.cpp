@@ -144,8 +144,9 @@ increments. It is uneven if that makes 1 in 20 of the cycles in motion, at least
 it are larger than the one before by half. If hardly any two steps follow each other without such a cycle, the target
 is slower than the cycle: an info, because the drive may interpolate.
 
-Limits count if they were read or written by SDO, and the target is at least 500 increments beyond them. If the axis
-goes beyond them, or 6064h is not in the capture, the finding is an info.
+Limits count if they were read or written by SDO, and the target is at least 500 increments beyond them. If only one of
+them is in the capture, it has to be other than 0. An axis that was beyond it before rests there, until the target goes
+by 500 increments. If the axis goes with its target beyond them, or 6064h is not in the capture, the finding is an info.
 
 ## Example
 tests/rules/drive-setpoint-jump/violates.trace: the target is 0 when the drive is enabled.
