@@ -12,6 +12,7 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/process_image.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/progress/progress_model.h"
 #include "decoder/base/time.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/track/network.h"
@@ -33,15 +34,19 @@ constexpr FindingKind kNever{
     .name = "never-counted",
     .title =
         "[{?apart}Never counts in LRW: maybe FMMUs must overlap (0 of {frames})]"
-        "[{!apart}The slave never counts for its {direction}: 0 of {frames}]",
+        "[{!apart}[{?sync_off}SYNC0 is off, and the slave delivers no inputs: 0 of {frames}]"
+        "[{!sync_off}The slave never counts for its {direction}: 0 of {frames}]]",
     .message =
         R"([From {request_frame} on, when OP was requested, the slave][{!request_frame}In {state} the slave] counts in none of
 {frames} ({command}) that hold its {direction}. Its FMMU maps them, but the working counter does not include it.[{?apart} Its
 controller has type 0x90 (0x0000, TI PRU-ICSS), and its FMMUs map outputs and inputs to different logical addresses.
-Older firmware of these controllers does not support that with LRW.])",
+Older firmware of these controllers does not support that with LRW.][{?sync_off} It accepts its outputs. These select
+mode {mode}, which works with SYNC0, and SYNC0 is off.])",
     .next =
         "[{?apart}Map outputs and inputs of the slave to the same logical address, or use LRD and LWR. If that does "
-        "not help: ]Check direction and physical address of the FMMU, and the sync manager of the {direction}.",
+        "not help: ][{?sync_off}Set up distributed clocks and activate SYNC0 (0x0981) before SAFEOP is requested. If "
+        "that does not help: ]Check direction and physical address of the FMMU, and the sync manager of the "
+        "{direction}.",
     .identity = "direction"};
 
 constexpr FindingKind kNone{
@@ -120,6 +125,9 @@ it never does, the finding is an inferred warning (`one-buffer`):
 
 - All slaves in the datagram are in OP, and only this one has such a buffer.
 - For at least 1 s, in at least 20 datagrams, the working counter is what the others count.
+
+SYNC0 that is off is named if the slave accepts its outputs, and these select an interpolated or cyclic synchronous
+mode.
 
 In SAFEOP without such a request the finding is a warning. The reason is the use of LRW if the datagrams are LRW and
 bit 9 of the ESC features (0x0008) is 1. A controller of type 0x90 (0x0000) may need FMMUs with the same logical address
@@ -263,6 +271,7 @@ class WkcNeverRight final : public Rule {
       if (lrw && MayRejectSeparateLrw(context(), id)) finding.Set("apart", arg::Flag());
       finding.Set("direction", arg::Of(way == 0 ? kOutputs : kInputs))
           .Set("command", arg::Text(wire::Name(frames.command)));
+      if (way == 1 && model.outputs.exchanged > 0) NameSync(finding);
       if (one_buffer) {
         finding.Set("inputs", arg::Flag(way == 1)).Set("sync_manager", arg::Number(*buffer->manager));
         if (wkc::IsSync0Off(context(), id)) finding.Set("no_sync0", arg::Flag());
@@ -270,6 +279,14 @@ class WkcNeverRight final : public Rule {
       }
       (void)Report(2 + way, severity, std::move(finding));
     }
+  }
+
+  /// A drive may update its inputs at SYNC0 only.
+  void NameSync(Finding& finding) const {
+    if (!wkc::IsSync0Off(context(), finding.slave)) return;
+    const progress::AxisWatch* const axis = context().progress().axis(finding.slave, 0);
+    const std::int8_t mode = axis != nullptr ? axis->now().mode_asked().value_or(0) : std::int8_t{0};
+    if (mode >= progress::kInterpolated) finding.Set("sync_off", arg::Flag()).Set("mode", arg::Number(mode));
   }
 
   /// A part in datagrams that is open, because its sync manager has one buffer.
