@@ -46,6 +46,8 @@ void CheckLengths(const Case& of, Outcome& found);
 void CheckCount(const Case& of, Outcome& found, std::size_t manager);
 /// Is any PDO assigned?
 void CheckAssigned(const Case& of, Outcome& found, std::size_t manager);
+/// The same, where the sync manager has a length all the same.
+void CheckLengthWithoutPdo(const Case& of, Outcome& found, std::size_t manager);
 /// Has each object the length of its type?
 void CheckMapped(const Case& of, Outcome& found, std::size_t manager);
 

@@ -14,7 +14,7 @@ namespace al = esc::al_code;
 
 struct Row {
   std::array<std::uint16_t, 6> codes;  ///< with the same reasons; 0: no more
-  std::array<Check, 12> checks;        ///< the likeliest reason first; null: no more
+  std::array<Check, 14> checks;        ///< the likeliest reason first; null: no more
 
   [[nodiscard]] constexpr bool Has(std::uint16_t code) const {
     return code != 0 && std::ranges::find(codes, code) != codes.end();
@@ -29,7 +29,8 @@ inline constexpr std::array kRows{
     Row{{al::kSyncManagers},
         {CheckMailboxSet, Of<0, CheckIgnored>, Of<1, CheckIgnored>, Of<kOutputs, CheckManagerSet>,
          Of<kInputs, CheckManagerSet>, Of<kOutputs, CheckIgnored>, Of<kInputs, CheckIgnored>, Of<kOutputs, CheckMapped>,
-         Of<kInputs, CheckMapped>, CheckLengths, Of<kOutputs, CheckEmpty>, Of<kInputs, CheckEmpty>}},
+         Of<kInputs, CheckMapped>, CheckLengths, Of<kOutputs, CheckEmpty>, Of<kInputs, CheckEmpty>,
+         Of<kOutputs, CheckLengthWithoutPdo>, Of<kInputs, CheckLengthWithoutPdo>}},
     Row{{al::kNoInputs}, {CheckInputs, CheckLrw}},
     Row{{al::kNoOutputs, al::kWatchdog}, {CheckLrw, CheckOutputs, CheckTrigger}},
     Row{{al::kNoInputsAndOutputs}, {CheckLrw, CheckOutputs, CheckInputs}},

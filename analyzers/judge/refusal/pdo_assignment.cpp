@@ -19,24 +19,43 @@ void CheckCount(const Case& of, Outcome& found, std::size_t manager) {
   found.May(kCountExceeds, std::move(arguments), manager);
 }
 
+namespace {
+
+/// The slave assigns no PDO to the sync manager when it answers.
+bool AssignsNone(const Case& of, std::size_t manager) {
+  const model::ObjectValue* const count = of.model.objects.Find(AssignmentOf(manager), 0);
+  return of.requested() && count != nullptr && count->raw == 0 && of.Applied(count->since) && of.manager(manager);
+}
+
+Arguments DescribeNone(const Case& of, std::size_t manager) {
+  const std::uint16_t assignment = AssignmentOf(manager);
+  const model::ObjectValue* const count = of.model.objects.Find(assignment, 0);
+  return {{"object", arg::Object(assignment, 0)},
+          {"count_frame", arg::Frame(count->since)},
+          {"sync_manager", NumberOf(manager)}};
+}
+
+}  // namespace
+
+void CheckLengthWithoutPdo(const Case& of, Outcome& found, std::size_t manager) {
+  if (!AssignsNone(of, manager)) return;
+  const auto set = of.manager(manager);
+  if (!set->enabled() || set->length == 0) return;
+  Arguments arguments = DescribeNone(of, manager);
+  arguments.Set("bytes", Bytes(set->length));
+  found.May(kNoPdoAssigned, std::move(arguments), manager);
+}
+
 /// The code is about these process data: it wants some where the sync manager has no length, and refuses them where it
 /// has.
 void CheckAssigned(const Case& of, Outcome& found, std::size_t manager) {
-  const std::uint16_t assignment = AssignmentOf(manager);
-  const model::ObjectValue* const count = of.model.objects.Find(assignment, 0);
+  if (!AssignsNone(of, manager)) return;
   const auto set = of.manager(manager);
-  if (!of.requested() || count == nullptr || count->raw != 0 || !of.Applied(count->since) || !set) return;
-  Arguments arguments{{"object", arg::Object(assignment, 0)},
-                      {"count_frame", arg::Frame(count->since)},
-                      {"sync_manager", NumberOf(manager)}};
-  if (set->enabled() && set->length != 0) {
-    arguments.Set("bytes", Bytes(set->length));
-    return found.May(kNoPdoAssigned, std::move(arguments), manager);
-  }
+  if (set->enabled() && set->length != 0) return CheckLengthWithoutPdo(of, found, manager);
   if (!found.none()) return;
   // That both lengths are 0 fits, and is what the slave refuses.
   std::erase(found.right, &kLengthsFit);
-  found.May(kNothingAssigned, std::move(arguments), manager);
+  found.May(kNothingAssigned, DescribeNone(of, manager), manager);
 }
 
 void CheckMapped(const Case& of, Outcome& found, std::size_t manager) {

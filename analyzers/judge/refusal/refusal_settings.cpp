@@ -46,6 +46,8 @@ constexpr std::array kAbout{
         {kOutputRegisters, kRxObjects, kRxAssigned}},
     About{{Of<kInputs, CheckIgnored>, Of<kInputs, CheckCount>, Of<kInputs, CheckMapped>, Of<kInputs, CheckAssigned>},
           {kInputRegisters, kTxObjects, kTxAssigned}},
+    About{{Of<kOutputs, CheckLengthWithoutPdo>}, {kOutputRegisters, kRxAssigned}},
+    About{{Of<kInputs, CheckLengthWithoutPdo>}, {kInputRegisters, kTxAssigned}},
     About{{CheckLrw}, {kFmmuRegisters}},
     About{{CheckOutputs}, {kFmmuRegisters, kOutputRegisters}},
     About{{CheckInputs}, {kFmmuRegisters, kInputRegisters}},
