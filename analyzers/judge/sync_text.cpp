@@ -5,6 +5,8 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/drive_parameters.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/progress/progress_model.h"
+#include "analyzers/sync/sync_model.h"
 
 namespace ecaudit {
 
@@ -60,6 +62,14 @@ double CycleDeviation(const model::SlaveModel& slave, double measured_ns, TimeNs
                          : ratio >= 1               ? std::round(ratio)
                                                     : 1.0 / std::round(1.0 / ratio);
   return std::abs(ratio / nearest - 1);
+}
+
+std::optional<std::int8_t> ModeWithoutSync0(const RuleContext& context, SlaveId slave) {
+  const auto& activation = context.sync().dc(slave).activation();
+  const progress::AxisWatch* const axis = context.progress().axis(slave, 0);
+  if (!activation || activation->sync0() || axis == nullptr) return std::nullopt;
+  const auto mode = axis->now().mode_asked();
+  return mode.value_or(0) >= progress::kInterpolated ? mode : std::nullopt;
 }
 
 void NameCause(RuleContext& context, std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause) {

@@ -45,6 +45,10 @@ inline constexpr double kCycleTolerance = 0.1;
 /// cycle, a multiple of it or a part of it is right, too.
 [[nodiscard]] double CycleDeviation(const model::SlaveModel& slave, double measured_ns, TimeNs configured_ns);
 
+/// The interpolated or cyclic synchronous mode that the outputs of the first axis select, if the capture shows that
+/// SYNC0 is off: some drives need it for their inputs, or for OP.
+[[nodiscard]] std::optional<std::int8_t> ModeWithoutSync0(const RuleContext& context, SlaveId slave);
+
 /// Sets the cause of what `rule` found for `slave` in `frame`, unless it has one.
 void NameCause(RuleContext& context, std::string_view rule, SlaveId slave, FrameNo frame, FindingIndex cause);
 

@@ -7,6 +7,7 @@
 #include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_text.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/al_text.h"
@@ -17,23 +18,29 @@ namespace {
 
 constexpr FindingKind kNotReached{
     .name = "not-reached",
-    .title = "{requested} not reached within {limit_ms}, and no error",
+    .title = "{requested} not reached within {limit_ms}[{?mode}: maybe SYNC0 has to be on][{!mode}, and no error]",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. Since then it read AL Status {polls}. After {waited_ms} ({frame}) AL Status is still
-{al_status:number} ({al_status}), without the error bit.[ The limit of {limit_ms} comes from {limit_source}.])",
-    .next = R"(Check whether the slave runs, and whether it waits for power, inputs or synchronisation.)",
+{al_status:number} ({al_status}), without the error bit.[ The limit of {limit_ms} comes from {limit_source}.][ The outputs
+select mode {mode}, which works with SYNC0, and SYNC0 is off.])",
+    .next =
+        "[{?mode}Set up distributed clocks and activate SYNC0 (0x0981) before SAFEOP is requested. If that does not "
+        "help: ]Check whether the slave runs, and whether it waits for power, inputs or synchronisation.",
     .identity = "requested"};
 
 constexpr FindingKind kGivenUp{
     .name = "given-up",
     .title =
         "[{?allowed_ms}{requested} given up after {waited_ms}: the ESI allows {allowed_ms}][{!allowed_ms}"
-        "{requested} not reached in {waited_ms}, then the master gave up]",
+        "{requested} not reached in {waited_ms}[{?mode}: maybe SYNC0 has to be on][{!mode}, then the master gave up]]",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. It read AL Status {polls}. Up to {frame} these reads show {shown}, without the error bit. In
-{next_frame} the master requests a lower state.)",
+{next_frame} the master requests a lower state.[ The outputs select mode {mode}, which works with SYNC0, and SYNC0 is
+off.])",
     .next =
-        "[{?allowed_ms}Let the master wait {allowed_ms} for {requested}.][{!allowed_ms}Configure a longer wait in "
+        "[{?allowed_ms}Let the master wait {allowed_ms} for {requested}.][{!allowed_ms}[{?mode}Set up distributed "
+        "clocks "
+        "and activate SYNC0 (0x0981) before SAFEOP is requested. If that does not help: ]Configure a longer wait in "
         "the master, or check the slave.]",
     .identity = "requested"};
 
@@ -114,6 +121,7 @@ AL Status is read and still shows the old state after the limit.
 - A master that requests a lower state instead gave up. That is a warning, if it waited 0.2 s and read three times. With
   an ESI (--esi) the finding compares this wait with the time that the ESI allows.
 - A request that the slave leaves in its mailbox, without an answer since, shows that its application does not run.
+- SYNC0 that is off is named if OP is requested, and the outputs select an interpolated or cyclic synchronous mode.
 - With an ESI, the finding lists what the ESI requires before this request and the start-up does not meet.
 - A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for.
 - A wait goes on over a capture gap of at most 0.5 s if the slave shows the same state after it. The finding is inferred
@@ -245,7 +253,11 @@ class AlTimeout final : public Rule {
     }
   }
 
-  static void SetRequest(Finding& finding, const model::AlRequestRecord& request) {
+  void SetRequest(Finding& finding, const model::AlRequestRecord& request) const {
+    const bool op = request.control.state() == static_cast<std::uint8_t>(esc::AlState::OP);
+    if (const auto mode = ModeWithoutSync0(context(), finding.slave); op && mode) {
+      finding.Set("mode", arg::Number(*mode));
+    }
     finding.Set("requested", arg::State(request.control.state()))
         .Set("al_control", arg::Hex(request.control.raw))
         .Set("request_frame", arg::Frame(request.frame.number));

@@ -7,12 +7,12 @@
 #include "analyzers/judge/lrw_support.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
+#include "analyzers/judge/sync_text.h"
 #include "analyzers/judge/wkc/one_buffer.h"
 #include "analyzers/model/bus_model.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/process_image.h"
 #include "analyzers/model/slave_model.h"
-#include "analyzers/progress/progress_model.h"
 #include "decoder/base/time.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/track/network.h"
@@ -271,7 +271,10 @@ class WkcNeverRight final : public Rule {
       if (lrw && MayRejectSeparateLrw(context(), id)) finding.Set("apart", arg::Flag());
       finding.Set("direction", arg::Of(way == 0 ? kOutputs : kInputs))
           .Set("command", arg::Text(wire::Name(frames.command)));
-      if (way == 1 && model.outputs.exchanged > 0) NameSync(finding);
+      // A drive may update its inputs at SYNC0 only.
+      if (const auto mode = ModeWithoutSync0(context(), id); mode && way == 1 && model.outputs.exchanged > 0) {
+        finding.Set("sync_off", arg::Flag()).Set("mode", arg::Number(*mode));
+      }
       if (one_buffer) {
         finding.Set("inputs", arg::Flag(way == 1)).Set("sync_manager", arg::Number(*buffer->manager));
         if (wkc::IsSync0Off(context(), id)) finding.Set("no_sync0", arg::Flag());
@@ -279,14 +282,6 @@ class WkcNeverRight final : public Rule {
       }
       (void)Report(2 + way, severity, std::move(finding));
     }
-  }
-
-  /// A drive may update its inputs at SYNC0 only.
-  void NameSync(Finding& finding) const {
-    if (!wkc::IsSync0Off(context(), finding.slave)) return;
-    const progress::AxisWatch* const axis = context().progress().axis(finding.slave, 0);
-    const std::int8_t mode = axis != nullptr ? axis->now().mode_asked().value_or(0) : std::int8_t{0};
-    if (mode >= progress::kInterpolated) finding.Set("sync_off", arg::Flag()).Set("mode", arg::Number(mode));
   }
 
   /// A part in datagrams that is open, because its sync manager has one buffer.
