@@ -161,6 +161,7 @@ The rule is not evaluated if a request may be missing in the capture:
 
 - The capture misses many packets (returned frames without an outbound copy, indices that skip).
 - The state dropped without the error bit soon after the capture began, and the capture holds no request.
+- The state dropped without the error bit, and a frame before it is cut by the snap length.
 - The state dropped without the error bit in a long pause, and the indices do not show whether frames are missing there.
 - The state dropped without the error bit, and the slave rose to a higher state before without a request. No slave rises
   by itself, so the capture does not hold all requests (a filter chose its packets).
@@ -266,16 +267,19 @@ class AlUnexpectedChange final : public Rule {
     RefusalReasons reasons;
   };
 
-  /// True if the indices of the frames between two reads do not show that each of them is in the capture.
-  [[nodiscard]] bool MayLackRequest(FrameNo before, FrameNo now) const {
-    const FrameNo loose = context().pairing().last_loose;
-    return before < loose && loose <= now;
+  /// Why a request between two reads may be missing: the indices of the frames do not show that each of them is in the
+  /// capture, or one of them is cut.
+  [[nodiscard]] std::optional<Reason> MayLackRequest(FrameNo before, FrameNo now) const {
+    const auto between = [&](FrameNo frame) { return before < frame && frame <= now; };
+    if (between(context().statistics().last_cut.number)) return Reason::Of(ReasonCode::kSnapLength);
+    if (between(context().pairing().last_loose)) return Reason::Of(ReasonCode::kMissesPackets, kRequest);
+    return std::nullopt;
   }
 
   /// Why a request of the lower state may be missing in the capture.
   [[nodiscard]] std::optional<Reason> ReasonToDoubt(const model::BusAlChanged& e) const {
     if (e.after_pause) return Reason::Of(ReasonCode::kCaptureGap, what::kAlState);
-    if (MayLackRequest(e.before_since, e.frame.number)) return Reason::Of(ReasonCode::kMissesPackets, kRequest);
+    if (auto reason = MayLackRequest(e.before_since, e.frame.number)) return reason;
     if (e.rose_unasked != 0) return Reason::Of(ReasonCode::kNotInCapture, kRequest);
     return std::nullopt;
   }
@@ -326,8 +330,8 @@ class AlUnexpectedChange final : public Rule {
     }
     // Slaves that only mirror AL Control return the acknowledge bit as error bit.
     const bool no_error = !e.error_of_some && (!e.status.bit4() || e.code == std::uint16_t{0});
-    if (MayLackRequest(e.before_since, e.frame.number) && no_error) {
-      NotEvaluable(e.slave, ReasonCode::kMissesPackets, kRequest, e.frame.number);
+    if (const auto reason = MayLackRequest(e.before_since, e.frame.number); reason && no_error) {
+      NotEvaluable(e.slave, *reason, e.frame.number);
       return;
     }
     if (e.may_be_asked && !e.status.bit4() && !e.error_of_some) {

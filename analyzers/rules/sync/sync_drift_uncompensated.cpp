@@ -50,6 +50,7 @@ pulses with them. The axes slowly lose their common time.
 - The time is that of the stamps of the capture. It counts from the last distribution, or from when the slave was seen
   in OP with SYNC0 on.
 - Only time with process data counts. Pauses of 100 ms and more are left out: they may be capture gaps.
+- A frame that is cut by the snap length may have carried the distribution: the time starts again at it.
 - The limit in ns is configurable: sync-drift-uncompensated.
 
 ## Example
@@ -69,8 +70,10 @@ class SyncDriftUncompensated final : public Rule {
     const FrameRef& last = context().sync().clock().last_distribution();
     const FrameRef& from = last.has_time && last.number > in_use_since_.number ? last : in_use_since_;
     const FrameRef before = std::exchange(last_frame_, e.frame());
-    if (from.number != measured_from_) {
+    const FrameNo cut = context().statistics().last_cut.number;
+    if (from.number != measured_from_ || cut != last_cut_) {  // what is cut off may have been the distribution
       measured_from_ = from.number;
+      last_cut_ = cut;
       gap_ = 0;
     }
     // A pause in which nothing was sent, or over which the clock was set, shows nothing of the distribution.
@@ -137,6 +140,7 @@ class SyncDriftUncompensated final : public Rule {
   FrameRef last_frame_;        ///< last process data
   FrameNo measured_from_ = 0;  ///< last distribution, or since when clocks are in use ...
   TimeNs gap_ = 0;             ///< ... and how long process data have been exchanged since
+  FrameNo last_cut_ = 0;       ///< by the snap length, up to the last process data
   bool reported_coarse_ = false;
 };
 

@@ -193,6 +193,7 @@ class SyncLost final : public Rule {
     const bool in_op = asked ? slave.al.possible().contains(static_cast<std::uint8_t>(esc::AlState::OP))
                              : slave.al.SettledIn(esc::AlState::OP);
     if (!in_op) return Reason::Of(ReasonCode::kNotInCapture, what::kAlState);
+    if (context().statistics().last_cut.number > e.before.number) return Reason::Of(ReasonCode::kSnapLength);
     const bool doubtful = context().sync().outputs(e.slave).may_be_hole && e.gap.ns < kCertainPause;
     // The master paused, or the capture has a gap.
     return doubtful ? std::optional(Reason::Of(ReasonCode::kAmbiguous, what::kPause)) : std::nullopt;

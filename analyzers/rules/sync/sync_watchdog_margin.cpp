@@ -153,9 +153,10 @@ comes close to it will be too late one day.
 - A slave in OP without outputs so far waits since it is in OP. One that gets no more outputs waits until it leaves OP
   or the capture ends.
 - Up to 1.5 times the usual distance (the median of the last frames) is no pause, unless it exceeds the watchdog.
-- Not evaluated: a pause whose limit lies within the uncertainty of the clock, a pause with frames that never returned,
-  and a pause that may be a capture gap. It may be one if no frame at all was captured in it, the slave is still in OP,
-  and the indices of the frames do not show that none are missing.
+- Not evaluated: a pause whose limit lies within the uncertainty of the clock, and a cycle that is no longer than it.
+- Not evaluated: a pause with frames that never returned, and outputs that end before frames cut by the snap length.
+- Not evaluated: a pause that may be a capture gap. It may be one if no frame at all was captured in it, the slave is
+  still in OP, and the indices of the frames do not show that none are missing.
 - Sync managers without watchdog trigger (control bit 6) do not feed a watchdog. Then only a slave that really leaves OP
   is reported.
 - If the capture does not show the registers, their values after power-on (100 ms) are assumed, and the finding is
@@ -260,7 +261,8 @@ class SyncWatchdogMargin final : public Rule {
     if (!outputs.direct && !IsMapped(e.slave) && context().network().fmmus(e.slave).any) return;
     // The watchdog counts from the last outputs from any source.
     const bool none = !outputs.seen;
-    if (AcceptsNone(e.slave, none ? 0 : outputs.last.frame.number)) return;
+    const FrameNo last_outputs = none ? 0 : outputs.last.frame.number;
+    if (AcceptsNone(e.slave, last_outputs) || AnyCutSince(last_outputs)) return;
     TimeNs since = 0;
     if (!none) {
       const auto uncertainty = context().sync().Uncertainty(sync::TimeBase::kCapture);
@@ -288,6 +290,7 @@ class SyncWatchdogMargin final : public Rule {
     const bool to_op = e.request.control.state() == static_cast<std::uint8_t>(esc::AlState::OP);
     if (!to_op || e.status.state() != static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return;
     if (context().sync().outputs(e.slave).seen || !IsMapped(e.slave) || AcceptsNone(e.slave, 0)) return;
+    if (AnyCutSince(e.request.frame.number)) return;
     FindingIndex index = Repeat(e.slave, 4, e.frame);
     if (index == kNoFinding) {
       Finding finding = Found(kWaiting, e.slave, e.frame);
@@ -359,7 +362,7 @@ class SyncWatchdogMargin final : public Rule {
     const std::optional<model::AlChangedByItself> drop = std::exchange(Of(id).drop, std::nullopt);
     if (!drop || code != esc::al_code::kWatchdog || drop->before.state() != static_cast<std::uint8_t>(esc::AlState::OP))
       return;
-    if (context().sync().outputs(id).seen || AcceptsNone(id, 0)) return;
+    if (context().sync().outputs(id).seen || AcceptsNone(id, 0) || AnyCutSince(drop->before_first)) return;
     // No FMMU maps its outputs: fmmu-inactive reports that.
     if (!IsMapped(id)) {
       if (!context().network().fmmus(id).any) NotEvaluable(id, ReasonCode::kNotInCapture, what::kFmmus);
@@ -418,10 +421,14 @@ class SyncWatchdogMargin final : public Rule {
     if (e.end == sync::OutputGap::End::kFell && !e.fed_before && !context().sync().outputs(e.slave).seen) return;
     const bool left_op = e.fell.seen() && (!e.fell_code || *e.fell_code == esc::al_code::kWatchdog);
     if (!watchdog.monitors && !left_op) return;
+    if (e.end != sync::OutputGap::End::kOutputs && AnyCutSince(e.before.number)) return;
     FindingIndex index = kNoFinding;
     if (IsUsual(e, watchdog)) {
       // Nothing paused, and half the watchdog is for what does.
-      if (e.nominal_ns + e.nominal_ns / kAboutHalf >= watchdog.ns / 2) index = ReportShort(e, watchdog, left_op);
+      if (e.nominal_ns + e.nominal_ns / kAboutHalf < watchdog.ns / 2) return;
+      if (*e.uncertainty_ns >= e.nominal_ns)
+        return NotEvaluable(e.slave, ReasonCode::kStampsTooCoarse, what::kProcessDataTiming, e.after.number);
+      index = ReportShort(e, watchdog, left_op);
     } else if (CanBeEvaluated(e, watchdog, left_op)) {
       index = ReportPause(e, watchdog, left_op);
     }
@@ -503,6 +510,9 @@ class SyncWatchdogMargin final : public Rule {
   [[nodiscard]] bool AcceptsNone(SlaveId slave, FrameNo frame) const {
     return context().slave(slave).outputs.since.last_missed > frame;
   }
+
+  /// A frame that is cut by the snap length may have brought outputs.
+  [[nodiscard]] bool AnyCutSince(FrameNo frame) const { return context().statistics().last_cut.number > frame; }
 
   /// To any slave, also those that are written to its memory.
   [[nodiscard]] bool SentProcessDataSince(FrameNo frame) const {
