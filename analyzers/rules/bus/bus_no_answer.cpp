@@ -2,6 +2,7 @@
 #include <array>
 #include <utility>
 
+#include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "decoder/base/time.h"
@@ -63,7 +64,8 @@ If no frame ever returned, the master must have repeated frames under one index 
 have one direction only (capture-one-direction).
 
 If frames returned before, at least three frames within at least 20 ms must follow the last return. Only masters whose
-frames returned before count: the returns of others may be missing from the capture.
+frames returned before count: the returns of others may be missing from the capture. In a capture that misses packets,
+they must also be more than twice the longest earlier row of frames without a return.
 
 At least three frames in more than 50 ms before the first return are an info: the slaves may have been switched on later
 than the master.
@@ -76,6 +78,7 @@ Check the cable between the master and the first slave, the port of the master (
 the first slave.
 )"};
 
+constexpr Word kReturnsAtEnd{"returns-at-end", "the returns at the end of the capture", true};
 constexpr Word kReturnsOfLastSender{"returns-of-last-sender", "the returns of the master that sent last", true};
 
 class BusNoAnswer final : public Rule {
@@ -89,6 +92,8 @@ class BusNoAnswer final : public Rule {
         first_returned_ = e.frame.ref();
         first_unanswered_ = since_.first;
         last_unanswered_ = sent_before_last_;
+      } else {
+        longest_row_ = std::max(longest_row_, since_.count);
       }
       last_returned_ = e.frame.ref();
       AddAnswered(bus::SenderOf(e.frame));
@@ -121,6 +126,9 @@ class BusNoAnswer final : public Rule {
     const bool timed = sent.first.has_time && sent.last.has_time;
     const std::int64_t silence = timed ? Elapsed(sent.first.time, sent.last.time) : 0;
     if (ever && silence < kLongEnoughNs) return;
+    if (ever && MissesPackets(pairing) && sent.count <= 2 * longest_row_) {
+      return NotEvaluable(kNoSlave, ReasonCode::kMissesPackets, kReturnsAtEnd, sent.first.number);
+    }
     Finding finding = Found(ever ? kStopped : kNever, kNoSlave, sent.first);
     finding.last = sent.last;
     finding.count = sent.count;
@@ -169,7 +177,8 @@ class BusNoAnswer final : public Rule {
   FrameRef last_returned_;
   std::array<std::uint64_t, 2 * bus::DirectionLearner::kMaxMasters> answered_{};  ///< whose frames returned
   std::size_t answered_count_ = 0;
-  Sent since_, since_answered_;  ///< after the last return: of all senders, and of those
+  Sent since_, since_answered_;    ///< after the last return: of all senders, and of those
+  std::uint64_t longest_row_ = 0;  ///< of frames between two returns
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<BusNoAnswer>};

@@ -69,7 +69,7 @@ of the slaves.
 
 ## How it is decided
 Working counters above 0 show that slaves took part. The turn has to pass from one sender to the other at least three
-times, each time within a second.
+times, each time within a second. The frames of both go on: at least three of each are answered.
 
 - It is the same segment if the same station address answers both, or if the same number of slaves counts the broadcast
   reads of AL status or type of both.
@@ -179,6 +179,7 @@ class BusSecondMaster final : public Rule {
     // Polls of one sender that are those of the other may meet by chance; those of a redundant port always do.
     if (second_->OnlyEchoes() || first_->OnlyEchoes()) return;
     if (second_->copies * 2 >= second_->answered || turns_ < kTurns || second_->answered < kTurns) return;
+    if (first_->answered < kTurns) return;  // its frames do not go on
     if (first_->slaves && second_->slaves && *first_->slaves != *second_->slaves) return;
     if (first_->exchanged >= kExchanged && second_->exchanged >= kExchanged &&
         (second_->exchanged - same_images_) * kOtherOneIn <= second_->exchanged) {
