@@ -333,7 +333,11 @@ inline void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
     if (IsFault(now_.state) && last_state_ && !IsFault(last_state_) && faults_.size() < kFaults) {
       faults_.emplace_back(frame.number, now_.Lead());
     }
-    if (last_state_ == DriveState::kOperationEnabled) lost_unasked_ = !AsksToStop() && !AskedToStop(frame);
+    if (last_state_ == DriveState::kOperationEnabled) {
+      // Outputs that are not known may hold another control word than an SDO.
+      const bool known = now_.control_mapped || now_.began;
+      lost_unasked_ = known && !AsksToStop() && !AskedToStop(frame);
+    }
     last_state_ = now_.state;
   }
   if (IsFault(now_.state)) {

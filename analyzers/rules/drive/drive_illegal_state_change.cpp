@@ -78,7 +78,7 @@ instead followed the command in another way: that is a warning.
 
 A drive may leave Operation enabled by itself for Quick stop active or a state without torque that is no fault. That is
 a warning if the control word still enables the drive, and neither mode nor the control bits of the state machine
-changed for 0.1 s.
+changed for 0.1 s. Not evaluated: a control word of an SDO, if the capture does not show what the outputs hold.
 
 ## Example
 tests/rules/drive-illegal-state-change/violates.trace
@@ -104,9 +104,14 @@ class DriveIllegalStateChange final : public Rule {
                          e.to == DriveState::kSwitchedOn || e.to == DriveState::kQuickStopActive;
     if (!dropped || e.from != DriveState::kOperationEnabled || e.command.seen()) return;
     const model::SlaveModel& slave = context().slave(e.slave);
-    const std::optional<std::uint16_t> control = slave.drives.axis(e.axis).control().taken;
+    const auto& words = slave.drives.axis(e.axis).control();
+    const std::optional<std::uint16_t> control = words.taken;
     constexpr std::uint16_t kEnable = 0x008F, kEnabled = 0x000F;
     if (!control || (*control & kEnable) != kEnabled || !slave.al.SettledIn(esc::AlState::OP)) return;
+    // Outputs may hold a control word that overwrites the one of an SDO.
+    if (!words.mapped() && !slave.process.rx().known()) {
+      return NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kMapping, e.frame.number);
+    }
     // What was set shortly before, or in a capture gap, may be why.
     constexpr TimeNs kSettled = 100'000'000;
     if (!e.settings_since.seen() || !e.settings_since.has_time || !e.frame.has_time) return;
