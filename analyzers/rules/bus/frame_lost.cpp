@@ -231,6 +231,7 @@ class FrameLost final : public Rule {
     if (pairing.lost == 0 && pairing.dropped_every > 0) {
       context().store.Regrade(index_, Severity::kInfo);
       finding.kind = &kRegular;
+      finding.aside = true;
       finding.confidence = Confidence::kInferred;
       finding.Set("dropped_every", arg::Count(pairing.dropped_every, "packet"))
           .Set("dropped_every_ordinal", arg::Text(Ordinal(pairing.dropped_every)));
@@ -238,6 +239,7 @@ class FrameLost final : public Rule {
                MayBeTheRecorders(total_, missed + pairing.gaps, context().source().info().interfaces.size() > 1)) {
       context().store.Regrade(index_, Severity::kInfo);
       finding.kind = &kMissed;
+      finding.aside = true;  // the headline shows that the capture misses packets, also after another finding
     } else if (with_change) {
       finding.Set("with_change", arg::Flag());
     }

@@ -1,8 +1,15 @@
 #include "cli/report/verdict_line.h"
 
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "analyzers/analysis.h"
+#include "tests/support/folders.h"
+#include "tests/support/trace_builder.h"
 #include "tests/unit/cli/sample_result.h"
 
 namespace ecaudit::report {
@@ -24,6 +31,20 @@ std::string Line(const CaptureReport& capture, const TextStyle& style = {}, bool
 TEST(VerdictLine, WhatWhereAndWhen) {
   EXPECT_EQ(Line(RefusedSafeop()),
             "FAIL akd.pcapng: slave 0 (AKD, 0x1001): SAFEOP refused with AL status code 0x001d (#760, 0.759 s)");
+}
+
+TEST(VerdictLine, CauseStandsBeforeMissedPackets) {
+  std::ifstream file(std::filesystem::path(test::SourceDir()) / "tests/reports/bus/icube84-no-start-bit.trace");
+  std::stringstream text;
+  text << file.rdbuf();
+  text << "@slaves 1\n+10ms BRD 0x0130 08 00 @out-only times=12\n+10ms BRD 0x0130 08 00 @returned-only times=12\n";
+  const auto trace = test::Trace::Parse(text.str());
+  ASSERT_TRUE(trace) << trace.error().message;
+  CaptureReport capture;
+  capture.result = Analyse(*trace->Source(), {});
+  const std::string line = Line(capture);
+  EXPECT_THAT(line, HasSubstr("slave 0: Bit 4 of the control word"));
+  EXPECT_THAT(line, HasSubstr("but the capture misses packets"));
 }
 
 TEST(VerdictLine, ClockTime) {
