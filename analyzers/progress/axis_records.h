@@ -61,6 +61,7 @@ enum class AxisFact : std::uint8_t {
   kHomingStands,    ///< homing is started, and the axis neither moves nor reports an end; b: how far it went, c: as
                     ///< kZeroLimit
   kHomingCut,       ///< another mode while homing still moved the axis; b: how far it went
+  kHomingRuns,      ///< homing moves the axis for long, and shows no end; b: how far it went
   // The process data are read at a wrong place.
   kModeShifted,  ///< a: 6061h by SDO, b: in the process data
 };

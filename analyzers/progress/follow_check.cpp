@@ -12,6 +12,9 @@ constexpr TimeNs kRestNs = 200'000'000;
 constexpr TimeNs kHomingStillNs = 3'000'000'000;
 constexpr std::int64_t kLeastOfHoming = 5;
 constexpr TimeNs kStoppedNs = 50'000'000;
+/// A search of the reference that is longer may find no switch.
+constexpr TimeNs kLongSearchNs = 10'000'000'000;
+constexpr TimeNs kMovesNs = 1'000'000'000;
 /// In coarse units an axis that moves shows few steps, all of them one way; one that rests goes back and forth.
 constexpr std::uint32_t kLeastSteps = 2;
 constexpr TimeNs kRampNs = 1'000'000'000;
@@ -61,6 +64,7 @@ void FollowCheck::Step(const AxisView& now, AxisRecords& out) {
   const std::optional<std::int8_t> mode = now.mode();
   if (enabled != enabled_ || mode != mode_) {
     if (search_ && enabled && enabled_ && mode) HomingLeft(now, out);
+    if (search_) out.Drop(AxisFact::kHomingRuns);
     search_.reset();
     restart_ = true;
     still_.Reset();
@@ -127,10 +131,12 @@ void FollowCheck::Homing(const AxisView& now, AxisRecords& out) {
     const bool attained = now.Status(kAcknowledgeBit) && search_->open;
     if (attained || now.Status(kErrorBit) || now.Control(kHaltBit)) {
       search_.reset();
+      out.Drop(AxisFact::kHomingRuns);
     } else if (now.status && !now.Status(kAcknowledgeBit)) {
       search_->open = true;
     }
   }
+  HomingRuns(now, moved, out);
   if (Magnitude(moved) > kLeastOfHoming || now.Status(kAcknowledgeBit)) started_ = false;
   const bool still = started_ && now.Control(kStartBit) && !now.Control(kHaltBit) && !now.Status(kErrorBit);
   const TimeNs held = still_.Hold(still, now.frame);
@@ -146,6 +152,18 @@ void FollowCheck::Homing(const AxisView& now, AxisRecords& out) {
     record.by_sdo = now.zero_by_sdo;
     out.Add(record);
   }
+}
+
+/// The drive goes on to search its reference. How long that may take, nothing shows.
+void FollowCheck::HomingRuns(const AxisView& now, std::int64_t moved, AxisRecords& out) {
+  const bool moves = search_ && search_->open && steps_.count >= kLeastSteps && search_->moved.has_time &&
+                     now.frame.has_time && Elapsed(search_->moved.time, now.frame.time) <= kMovesNs;
+  const TimeNs held = runs_.Hold(moves, now.frame);
+  if (!out.IsDue(AxisFact::kHomingRuns, runs_, held, kLongSearchNs, now.frame)) return;
+  AxisRecord record = now.Record(AxisFact::kHomingRuns, search_->since, held);
+  record.b = moved;
+  record.healthy = true;
+  out.Add(record);
 }
 
 /// The master selects another mode while the drive searches its reference. One that was stopped before is at rest.

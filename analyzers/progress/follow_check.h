@@ -85,6 +85,7 @@ class FollowCheck {
   void Profile(const AxisView& now, AxisRecords& out);
   void Homing(const AxisView& now, AxisRecords& out);
   void HomingLeft(const AxisView& now, AxisRecords& out) const;
+  void HomingRuns(const AxisView& now, std::int64_t moved, AxisRecords& out);
   void Velocity(const AxisView& now, AxisRecords& out);
   void Torque(const AxisView& now, AxisRecords& out);
   /// Adds `fact` once it has held for `limit`. @return whether it did so in this step
@@ -102,7 +103,7 @@ class FollowCheck {
   Place together_;   ///< where both moved together last
   Place slow_from_;  ///< since when the actual value makes less than half of the way
   Place rest_at_;    ///< where both rest
-  Lasting error_, still_, wrong_way_, slow_, rest_;
+  Lasting error_, still_, wrong_way_, slow_, rest_, runs_;
   std::int64_t moved_from_ = 0;  ///< profile position: since where the actual value hardly moves
   Approach approach_;            ///< velocities, torques
   Slow slow_window_;             ///< velocities: while slow_ holds

@@ -133,8 +133,18 @@ constexpr FindingKind kHomingCut{
     .next = "Keep mode 6 and bit 4 until bit 12 of the status word is 1, and then select the next mode.",
     .identity = "mode"};
 
-constexpr const FindingKind* kKinds[] = {&kFollowingError, &kHomingError, &kStandsStill,  &kLags,     &kWrongWay,
-                                         &kZeroLimit,      &kOtherScale,  &kHomingStands, &kHomingCut};
+constexpr FindingKind kHomingRuns{
+    .name = "homing-runs",
+    .title = "Homing moves the axis for {lasted_ms} and shows no end",
+    .message =
+        R"(Bit 4 of the control word ({control_word}) starts homing in {frame}. The axis moves for {lasted_ms}. In
+{shown_frame} it is {travel} from the start. The status word never shows homing attained (bit 12) nor an error
+(bit 13).)",
+    .next = "If it goes on, check that the switch of the homing method (6098h) is wired to the drive and reached.",
+    .identity = ""};
+
+constexpr const FindingKind* kKinds[] = {&kFollowingError, &kHomingError, &kStandsStill,  &kLags,      &kWrongWay,
+                                         &kZeroLimit,      &kOtherScale,  &kHomingStands, &kHomingCut, &kHomingRuns};
 
 constexpr const NoteKind* kNotes[] = {&kLeadNote};
 
@@ -175,6 +185,7 @@ The drive is enabled and commanded, and the axis is not where the master thinks 
 - In homing an axis moves that makes 2 steps or more, all of them one way.
 - Homing is cut short if the drive stays enabled and shows another mode while the axis moves, before bit 12 or 13. An
   axis that halt or bit 4 stopped before does not count.
+- Homing that moves the axis for 10 s, and shows no end before the capture ends, is an info: a long axis may need it.
 - If the axis then follows the same start (profile position, homing) or set point (profile velocity, velocity mode),
   the finding is an info with its duration: a brake, a release.
 - A velocity with an active internal limit (bit 11 of the status word) is an info: a winder or a clamp works so.
@@ -198,6 +209,7 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kOtherScale, &kOtherScale},
     AxisRule::Row{progress::AxisFact::kHomingStands, &kHomingStands},
     AxisRule::Row{progress::AxisFact::kHomingCut, &kHomingCut},
+    AxisRule::Row{progress::AxisFact::kHomingRuns, &kHomingRuns},
 };
 
 constexpr Word kPosition{"position", "position"};
@@ -219,7 +231,7 @@ class DriveNotFollowing final : public AxisRule {
       }
       return;
     }
-    if (record.fact == progress::AxisFact::kHomingCut) {
+    if (record.fact == progress::AxisFact::kHomingCut || record.fact == progress::AxisFact::kHomingRuns) {
       finding.Set("travel", arg::Number(progress::Magnitude(record.b)));
       return;
     }
