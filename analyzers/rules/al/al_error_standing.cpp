@@ -10,6 +10,7 @@
 #include "analyzers/model/bus_model.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/words/al_code_advice.h"
 #include "analyzers/words/al_text.h"
 #include "analyzers/words/what.h"
 #include "decoder/esc/register_addresses.h"
@@ -29,7 +30,7 @@ is 0: the slave gives no reason.][{!al_status_code}{!no_code} The master did not
 the reason of the slave is not in the capture.][ If the slave set the error by itself, the cause by [{?manual}the
 manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])";
 constexpr std::string_view kNext =
-    R"([{?al_status_code}Correct what the AL status code names.][{!al_status_code}{!no_code}Read the AL status
+    R"([{code_advice}.][{!code_advice}[{?al_status_code}Correct what the AL status code names.]][{!al_status_code}{!no_code}Read the AL status
 code (0x0134).] Acknowledge the error (bit 4 of AL Control), then request the states in order.[{?reason} Find
 out why the master paused.][{!no_error_frame}{!reason} To see how the error began, capture from the start of the master
 on.])";
@@ -427,6 +428,7 @@ class AlErrorStanding final : public Rule {
   /// The code, and what it means if a slave leaves its state by itself.
   static void SetCode(Finding& finding, const Standing& s, const device::DeviceDescription& family) {
     finding.Set("al_status_code", CodeValue(*s.code, family));
+    SetCodeAdvice(finding, *s.code);
     if (const device::AlStatusCode* entry = family.al_status_code(*s.code); entry && !entry->source.empty()) {
       finding.reference = ReferenceTo(entry->source);
     }

@@ -13,6 +13,7 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/words/al_code_advice.h"
 #include "analyzers/words/al_text.h"
 #include "analyzers/words/what.h"
 
@@ -32,11 +33,10 @@ is not in the capture.][ Later AL status codes: {later_codes}.][ This transition
     .next =
         R"([{?no_boot}Do not request {requested}: the slave does not have this state. Acknowledge the error (bit 4 of
 AL Control).][{!no_boot}[{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
-this.][{!reason}[{?names_no_setting}This AL status code names no setting: find its meaning in the manual of the
-slave, or ask its vendor.][{!names_no_setting}[{?checked}Check what else the AL status code names, and the firmware
+this.][{!reason}[{code_advice}.][{!code_advice}[{?checked}Check what else the AL status code names, and the firmware
 of the slave.][{!checked}[{?al_status_code}Check the settings that the AL status code names.][{!al_status_code}Read
-the AL status code (0x0134).]]]] Then acknowledge the error (bit 4 of AL Control) and [{?first}request {first} first:
-from {state_now} the slave does not go to {requested}][{!first}request {requested} again].])",
+the AL status code (0x0134).]]]][{!restarts} Then acknowledge the error (bit 4 of AL Control) and [{?first}request {first} first:
+from {state_now} the slave does not go to {requested}][{!first}request {requested} again].]])",
     .identity = "requested state_before al_status_code"};
 
 constexpr FindingKind kNotAcknowledged{
@@ -48,9 +48,7 @@ to {last_request_frame}]. AL Status in {frame} is still {al_status:number} ({al_
 is {al_status_code}.][{!al_status_code} The master did not read the AL status code (0x0134), so the reason of the
 slave is not in the capture.][ Later AL status codes: {later_codes}.])",
     .next =
-        R"([{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct] this.][{!reason}[{?names_no_setting}This AL
-status code names no setting: find its meaning in the manual of the slave, or ask its
-vendor.][{!names_no_setting}[{?checked}Check what else the AL status code names, and the firmware of the
+        R"([{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct] this.][{!reason}[{code_advice}.][{!code_advice}[{?checked}Check what else the AL status code names, and the firmware of the
 slave.][{!checked}[{?al_status_code}Check the settings that the AL status code names.][{!al_status_code}Read the AL
 status code (0x0134).]]]] Then acknowledge the error again.)",
     .identity = "requested al_status_code"};
@@ -146,6 +144,8 @@ Correct the cause if the finding names one. Otherwise use the AL status code:
 - 0x0017, 0x001D, 0x001E: sync manager settings against the assigned PDOs
 - 0x001B: missing outputs
 - 0x0030 to 0x0037: distributed clocks
+- 0x0020 to 0x0023: a cold start, or another state first
+- 0x0002 to 0x0014, 0x0051, 0x0052, 0x0080 to 0x0083: the slave itself, its firmware, supply or temperature
 )"};
 
 class AlRefused final : public Rule {
@@ -246,10 +246,6 @@ class AlRefused final : public Rule {
     if (slave < open_.size()) open_[slave] = kNoFinding;
   }
 
-  /// An unspecified error, and codes of the vendor.
-  [[nodiscard]] static bool NamesNoSetting(std::uint16_t code) {
-    return code == esc::al_code::kUnspecified || code >= esc::al_code::kFirstOfVendors;
-  }
   /// It requests only the end of the error.
   [[nodiscard]] static bool IsAcknowledge(const model::AlAnswered& e) {
     const std::uint8_t from = e.request.from != 0 ? e.request.from : e.status.state();
@@ -419,7 +415,12 @@ class AlRefused final : public Rule {
     const bool no_boot = std::find(reported.codes.begin(), reported.codes.end(), esc::al_code::kBootNotSupported) !=
                          reported.codes.end();
     if (no_boot) finding.Set("no_boot", arg::Flag());
-    if (NamesNoSetting(reported.codes.front())) finding.Set("names_no_setting", arg::Flag());
+    SetCodeAdvice(finding, reported.codes.front());
+    if (DemandsRestart(reported.codes.front())) finding.Set("restarts", arg::Flag());
+    const std::uint8_t demanded = DemandedState(reported.codes.front());
+    if (demanded != 0 && finding.kind == &kRefused && demanded != reported.answer.request.control.state()) {
+      finding.Set("first", arg::State(demanded)).Set("state_now", arg::State(reported.answer.status.state()));
+    }
   }
 
   std::vector<FindingIndex> open_;  // of each slave: whose repetitions and code are awaited

@@ -11,37 +11,43 @@
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/words/al_text.h"
+#include "decoder/esc/register_addresses.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/track/access.h"
 
 namespace ecaudit::al_timeout {
 namespace {
 
 constexpr FindingKind kNotReached{
     .name = "not-reached",
-    .title = "{requested} not reached within {limit_ms}[{?mode}: maybe SYNC0 has to be on][{!mode}, and no error]",
+    .title =
+        "{requested} not reached within {limit_ms}[{?no_pdi}: its PDI is not operational][{!no_pdi}[{?mode}: maybe "
+        "SYNC0 has to be on][{!mode}, and no error]]",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. Since then it read AL Status {polls}. After {waited_ms} ({frame}) AL Status is still
 {al_status:number} ({al_status}), without the error bit.[ The limit of {limit_ms} comes from {limit_source}.][ The outputs
 select mode {mode}, which works with SYNC0, and SYNC0 is off.])",
     .next =
-        "[{?mode}Set up distributed clocks and activate SYNC0 (0x0981) before SAFEOP is requested. If that does not "
-        "help: ]Check whether the slave runs, and whether it waits for power, inputs or synchronisation.",
+        "[{?no_pdi}Check EEPROM and processor of the slave: its firmware has to start, and use the PDI that the EEPROM "
+        "names.][{!no_pdi}[{?mode}Set up distributed clocks and activate SYNC0 (0x0981) before SAFEOP is requested. If "
+        "that does not help: ]Check whether the slave runs, and whether it waits for power, inputs or "
+        "synchronisation.]",
     .identity = "requested"};
 
 constexpr FindingKind kGivenUp{
     .name = "given-up",
     .title =
         "[{?allowed_ms}{requested} given up after {waited_ms}: the ESI allows {allowed_ms}][{!allowed_ms}"
-        "{requested} not reached in {waited_ms}[{?mode}: maybe SYNC0 has to be on][{!mode}, then the master gave up]]",
+        "{requested} not reached in {waited_ms}[{?no_pdi}: its PDI is not operational][{!no_pdi}[{?mode}: maybe SYNC0 "
+        "has to be on][{!mode}, then the master gave up]]]",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. It read AL Status {polls}. Up to {frame} these reads show {shown}, without the error bit. In
 {next_frame} the master requests a lower state.[ The outputs select mode {mode}, which works with SYNC0, and SYNC0 is
 off.])",
     .next =
-        "[{?allowed_ms}Let the master wait {allowed_ms} for {requested}.][{!allowed_ms}[{?mode}Set up distributed "
-        "clocks "
-        "and activate SYNC0 (0x0981) before SAFEOP is requested. If that does not help: ]Configure a longer wait in "
-        "the master, or check the slave.]",
+        "[{?allowed_ms}Let the master wait {allowed_ms} for {requested}.][{!allowed_ms}[{?no_pdi}Check EEPROM and "
+        "processor of the slave.][{!no_pdi}[{?mode}Set up distributed clocks and activate SYNC0 (0x0981) before SAFEOP "
+        "is requested. If that does not help: ]Configure a longer wait in the master, or check the slave.]]",
     .identity = "requested"};
 
 constexpr FindingKind kNotReachedOnBus{
@@ -81,7 +87,12 @@ constexpr NoteKind kHangs{
 application does not run, or hangs.)",
 };
 
-constexpr const NoteKind* kNotes[] = {&kNotDescribed, &kHangs, &kEsiDemandUnmet, &kFurtherEsiDemands};
+constexpr NoteKind kNoPdi{
+    .name = "pdi-not-operational",
+    .text = R"(Bit 0 of DL Status (0x0110) is 0 in {dl_status_frame}: the slave controller has not loaded its EEPROM, or
+its PDI is not operational. Then its processor does not see the request.)",
+};
+constexpr const NoteKind* kNotes[] = {&kNotDescribed, &kHangs, &kNoPdi, &kEsiDemandUnmet, &kFurtherEsiDemands};
 
 constexpr Word kEni{"eni", "the ENI"};
 constexpr Word kEsi{"esi", "the ESI of the slave"};
@@ -122,6 +133,7 @@ AL Status is read and still shows the old state after the limit.
   an ESI (--esi) the finding compares this wait with the time that the ESI allows.
 - A request that the slave leaves in its mailbox, without an answer since, shows that its application does not run.
 - SYNC0 that is off is named if OP is requested, and the outputs select an interpolated or cyclic synchronous mode.
+- If DL Status (0x0110) was read and its bit 0 is 0, the finding states that the PDI is not operational.
 - With an ESI, the finding lists what the ESI requires before this request and the start-up does not meet.
 - A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for.
 - A wait goes on over a capture gap of at most 0.5 s if the slave shows the same state after it. The finding is inferred
@@ -147,6 +159,8 @@ class AlTimeout final : public Rule {
     Subscribe<model::AlGivenUp>(&AlTimeout::On);
     Subscribe<mailbox::MailboxAnswered>(&AlTimeout::On);
     Subscribe<mailbox::MailboxUnanswered>(&AlTimeout::On);
+    Subscribe<model::AlAnswered>(&AlTimeout::On);
+    Subscribe<track::SlaveAccess>(&AlTimeout::On, MemoryRange::Of(esc::kDlStatus, 1));
   }
 
   void On(const model::AlOverdue& e) {
@@ -162,6 +176,7 @@ class AlTimeout final : public Rule {
     finding.caused_by = context().ExplanationOf(e.slave, e.request.frame.number);
     AddRelated(finding, e.request.frame.number);
     if (e.request.transition != nullptr && !e.request.transition->performed) finding.Add(kNotDescribed);
+    AddPdi(finding, e.slave);
     Remember(Report(RequestKey(e.request), std::move(finding)), e.slave, e.request);
   }
   void On(const model::AlGivenUp& e) {
@@ -180,6 +195,7 @@ class AlTimeout final : public Rule {
     if (const auto allowed = AllowedByEsi(e.slave, e.request); allowed && *allowed > e.waited_ns) {
       finding.Set("allowed_ms", arg::Ms(*allowed));
     }
+    AddPdi(finding, e.slave);
     Remember(Report(key, Severity::kWarning, std::move(finding)), e.slave, e.request);
   }
 
@@ -213,6 +229,20 @@ class AlTimeout final : public Rule {
     Mail& mail = mail_[e.slave];
     if (e.not_accepted && mail.unread == 0) mail.unread = e.request.frame.number;
   }
+  /// A slave that changes its state has a PDI that works.
+  void On(const model::AlAnswered& e) {
+    if (e.request.from != e.request.control.state()) not_operational_.erase(e.slave);
+  }
+  void On(const track::SlaveAccess& e) {
+    if (!e.done() || e.broadcast) return;
+    const ByteSpan dl_status = e.Covered(e.read, esc::kDlStatus, 1);
+    if (dl_status.empty()) return;
+    if ((dl_status[0] & 1U) != 0) {
+      not_operational_.erase(e.slave);
+    } else {
+      not_operational_[e.slave] = e.returned.number;
+    }
+  }
   void Finish() override {
     NotEvaluableWhereRequestsAreNotFollowed();
     for (const auto& [index, request] : reported_) {
@@ -234,6 +264,16 @@ class AlTimeout final : public Rule {
  private:
   static constexpr std::uint64_t kOfAll = std::uint64_t{1} << 63U;
   static constexpr std::uint64_t kOfGivenUp = std::uint64_t{1} << 62U;
+
+  void AddPdi(Finding& finding, SlaveId slave) const {
+    const auto shown = not_operational_.find(slave);
+    const auto mail = mail_.find(slave);
+    if (shown == not_operational_.end()) return;
+    if (mail != mail_.end() && mail->second.answered > shown->second) return;
+    finding.Set("no_pdi", arg::Flag());
+    finding.Add(kNoPdi, {{"dl_status_frame", arg::Frame(shown->second)}});
+    AddRelated(finding, shown->second);
+  }
 
   /// A slave whose mailbox stays full as well: its application serves neither.
   void NameHang(FindingIndex index, const UnfollowedRequest& request) {
@@ -304,6 +344,7 @@ class AlTimeout final : public Rule {
     FrameNo answered = 0;  ///< the last answer
   };
   std::map<SlaveId, Mail> mail_;
+  std::map<SlaveId, FrameNo> not_operational_;  ///< slaves whose last DL status has bit 0 = 0, with its frame
   std::map<FindingIndex, UnfollowedRequest> reported_;
 };
 

@@ -5,12 +5,16 @@
 #include <vector>
 
 #include "analyzers/judge/lossy_capture.h"
+#include "analyzers/judge/no_pause.h"
 #include "analyzers/judge/pause_reason.h"
 #include "analyzers/judge/refusal_reasons.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/sync/sync_events.h"
+#include "analyzers/sync/sync_model.h"
+#include "analyzers/words/al_code_advice.h"
 #include "analyzers/words/al_text.h"
 #include "analyzers/words/what.h"
 #include "decoder/pipeline.h"
@@ -27,7 +31,7 @@ master that explains that: it may have been sent before the capture began.]][{?b
 [{?manual}the manual ({manual})][{!manual}the EtherCAT standard] is: {known_cause}.])";
 constexpr std::string_view kNext =
     R"([{?reason}[{?reason_inferred}Check][{!reason_inferred}Correct]
-this.][{!reason}Check what happened between {before_frame} and {frame}: {advice}.])";
+this.][{!reason}[{code_advice}.][{!code_advice}Check what happened between {before_frame} and {frame}: {advice}.]])";
 
 // Of all slaves together.
 constexpr std::string_view kMessageOfBus =
@@ -42,8 +46,8 @@ constexpr FindingKind kDropped{
     .name = "dropped",
     .title =
         "Drops from {al_status_before} to {al_status}[{?reason} ({al_status_code:number}): "
-        "[{?reason_inferred}maybe ]{reason}[ ({reason_value})]][{!reason} by itself[, AL status code "
-        "{al_status_code}]]",
+        "[{?reason_inferred}maybe ]{reason}[ ({reason_value})]][{!reason}[{?outputs_arrive} ({al_status_code:number}) "
+        "although outputs arrive][{!outputs_arrive} by itself[, AL status code {al_status_code}]]]",
     .message = kMessage,
     .next = kNext,
     .identity = "al_status_before al_status al_status_code"};
@@ -107,8 +111,8 @@ constexpr NoteKind kSlaveNotKnown{
 the master read {excluded?it|them}, and {excluded?it does|they do} not show the change.])"};
 
 constexpr const FindingKind* kKinds[] = {&kDropped, &kErrorBitSet, &kAllDropped, &kDroppedOnBus, &kErrorBitOnBus};
-constexpr const NoteKind* kOwnNotes[] = {&kAllPaused,    &kCodeNotRead,   &kErrorOfSome,  &kUndefinedState,
-                                         &kMayBeRestart, &kOnlySlaveLeft, &kSlaveNotKnown};
+constexpr const NoteKind* kOwnNotes[] = {&kAllPaused,      &kNoPause,      &kCodeNotRead,   &kErrorOfSome,
+                                         &kUndefinedState, &kMayBeRestart, &kOnlySlaveLeft, &kSlaveNotKnown};
 constexpr auto kNotes = refusal::With(kOwnNotes);
 
 // What takes a slave to a state.
@@ -142,6 +146,8 @@ moment at which the machine stopped.
 - No request is in flight or lost.
 - If the error bit appears in the same state soon after the capture began, and the capture holds no request, the slave
   may have refused one that was sent before: the finding is inferred.
+- For 0x001B without a pause of the outputs in OP, the finding states so. It shows how many frames with outputs counted
+  the slave, its watchdog, and whether SM2 restarts it (bit 6 of its control byte).
 - For 0x001B of a slave whose FMMUs are not in the capture, a pause of all process data on the bus is named as possible
   cause: the finding is inferred.
 
@@ -188,6 +194,7 @@ class AlUnexpectedChange final : public Rule {
     Subscribe<model::AlErrorCleared>(&AlUnexpectedChange::On);
     Subscribe<model::AlAnswered>(&AlUnexpectedChange::On);
     Subscribe<model::BusAlChanged>(&AlUnexpectedChange::On);
+    Subscribe<sync::OutputGap>(&AlUnexpectedChange::On);
   }
 
   void On(const model::AlChangedByItself& e) {
@@ -198,6 +205,11 @@ class AlUnexpectedChange final : public Rule {
     } else {
       ReportChange(e);
     }
+  }
+  void On(const sync::OutputGap& e) {
+    const TimeNs watchdog = context().sync().outputs(e.slave).watchdog_ns;
+    if (e.gap.ns < watchdog / 2) return;
+    late_outputs_[e.slave] = e.after.seen() ? e.after.number : e.fell.number;
   }
   void On(const model::AlErrorRepeated& e) {
     Flush();
@@ -265,6 +277,7 @@ class AlUnexpectedChange final : public Rule {
     model::AlChangedByItself change;
     std::optional<std::uint16_t> code;
     RefusalReasons reasons;
+    std::optional<NoPause> no_pause;
   };
 
   /// Why a request between two reads may be missing: the indices of the frames do not show that each of them is in the
@@ -351,7 +364,7 @@ class AlUnexpectedChange final : public Rule {
       AddRelated(finding, e.before_since);
       index = Report(key, std::move(finding));
       if (index == kNoFinding) return;
-      if (reported_.emplace(index, Reported{e, {}, {}}).second) Describe(context().store[index], reported_[index]);
+      if (reported_.emplace(index, Reported{e, {}, {}, {}}).second) Describe(context().store[index], reported_[index]);
     } else {
       AddRelated(context().store[index], e.frame.number);
     }
@@ -405,6 +418,7 @@ class AlUnexpectedChange final : public Rule {
                                        .held_since = reported.change.before_first,
                                        .time = shown.has_time ? std::optional<TimeNs>(shown.time) : std::nullopt});
     if (code == esc::al_code::kWatchdog && reported.reasons.reason == nullptr) AddPause(reported);
+    if (code == esc::al_code::kWatchdog && reported.reasons.reason == nullptr) AddNoPause(reported);
     Describe(context().store[index], reported);
     AddRelated(context().store[index], frame.number == context().store[index].first.number ? 0 : frame.number);
   }
@@ -418,6 +432,14 @@ class AlUnexpectedChange final : public Rule {
     reported.reasons.value = arg::Ms(pause->length());
     reported.reasons.inferred = true;
     reported.reasons.notes.push_back(NoteOf(context(), e.slave, *pause));
+  }
+
+  void AddNoPause(Reported& reported) const {
+    const model::AlChangedByItself& e = reported.change;
+    const auto late = late_outputs_.find(e.slave);
+    const bool paused = late != late_outputs_.end() && late->second >= e.before_first;
+    if (e.before.state() != kOp || e.before_requested || paused) return;
+    reported.no_pause = FindNoPause(context(), e.slave, e.before_first, e.frame);
   }
 
   /// Called again when the error bit or the code is read later.
@@ -440,6 +462,10 @@ class AlUnexpectedChange final : public Rule {
     if (reported.code) {
       SetCode(finding, e, *reported.code, family);
       AddTo(finding, reported.reasons);
+      if (reported.no_pause) {
+        finding.Set("outputs_arrive", arg::Flag()).Set("code_advice", arg::Of(*reported.no_pause->advice));
+        finding.notes.push_back(reported.no_pause->note);
+      }
     } else if (e.status.bit4()) {
       finding.Add(kCodeNotRead);
     } else if (e.error_of_some) {
@@ -463,6 +489,7 @@ class AlUnexpectedChange final : public Rule {
   static void SetCode(Finding& finding, const model::AlChangedByItself& e, std::uint16_t code,
                       const device::DeviceDescription& family) {
     finding.Set("al_status_code", CodeValue(code, family));
+    SetCodeAdvice(finding, code);
     SetKnownCause(finding, family, e.before, e.status, code);
   }
 
@@ -476,6 +503,7 @@ class AlUnexpectedChange final : public Rule {
   std::vector<FindingIndex> open_;                 // of each slave: whose repetitions and code are awaited
   FindingIndex all_ = kNoFinding;                  // all slaves dropped, and none has left that state
   std::map<FindingIndex, Reported> reported_;
+  std::map<SlaveId, FrameNo> late_outputs_;  ///< in OP: where their last pause of half a watchdog ends
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlUnexpectedChange>};
