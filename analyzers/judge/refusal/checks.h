@@ -35,6 +35,9 @@ void CheckThreeBuffers(const Case& of, Outcome& found, std::size_t manager);
 void CheckManagerSet(const Case& of, Outcome& found, std::size_t manager);
 /// Is it enabled although it has no bytes?
 void CheckEmpty(const Case& of, Outcome& found, std::size_t manager);
+/// Does each sync manager exist in the slave controller, and lie in its RAM?
+void CheckExists(const Case& of, Outcome& found);
+void CheckRam(const Case& of, Outcome& found);
 /// Does 1C00h list the types of SM2 and SM3 the right way round?
 void CheckTypes(const Case& of, Outcome& found);
 /// Do both fit the assigned PDOs? A wrong length is a finding of sm-process-config.
@@ -68,6 +71,8 @@ void CheckTrigger(const Case& of, Outcome& found);
 
 /// Was SYNC0 left on by the run before?
 void CheckLeftOn(const Case& of, Outcome& found);
+/// The code demands SYNC0: has the slave controller a clock?
+void CheckClock(const Case& of, Outcome& found);
 /// The code demands SYNC0: does it run?
 void CheckSyncActive(const Case& of, Outcome& found);
 /// The code misses a pulse, and all of SYNC0 is right: does SYNC1 run?
@@ -82,6 +87,8 @@ void CheckSyncUnsupported(const Case& of, Outcome& found);
 void CheckSyncSet(const Case& of, Outcome& found);
 /// Is its cycle long enough?
 void CheckSyncCycle(const Case& of, Outcome& found);
+/// Is it as one of the operation modes of the ESI or the EEPROM?
+void CheckOperationMode(const Case& of, Outcome& found);
 /// Nothing is known to be wrong, but the code is about these settings: which are they?
 void CheckSyncSettings(const Case& of, Outcome& found);
 

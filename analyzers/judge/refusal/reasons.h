@@ -54,6 +54,13 @@ inline constexpr Reason kWriteIgnored{
     "{kept_start}, length {kept_length} and control {kept_control}.][{!shown_frame} An ESC ignores such a write. "
     "Then start {kept_start}, length {kept_length} and control {kept_control} still apply, which may be the "
     "reason.] Switch the sync manager off before it is written."};
+inline constexpr Reason kNoSuchManager{
+    "no-such-sync-manager", Word{"no-sm2", "the slave has no SM2"}, Word{"no-sm3", "the slave has no SM3"},
+    "The process data need SM{sync_manager}, but the slave controller has only {managers} (0x0005)."};
+inline constexpr Reason kBeyondRam{
+    "beyond-ram", "sync manager beyond the RAM",
+    "SM{sync_manager} takes {start} to {end}[{?buffered} with its three buffers]. The RAM of the slave controller "
+    "ends at {ram_end} ({ram} KiB by 0x0006). Use a start address that leaves room."};
 inline constexpr Reason kLrwUnsupported{
     "lrw-not-supported", "the slave does not support LRW",
     "The master uses LRW, but the slave controller does not support LRW ({source}). {missed} with its process data "
@@ -101,7 +108,7 @@ inline constexpr Reason kSyncOff{"sync-off", "SYNC0 is not active",
                                  "SYNC0 is not active: 0x0981 is {activation}[, set in {write_frame}]."};
 inline constexpr Reason kSyncUnseen{
     "sync-unseen", "SYNC0 was never activated",
-    "The capture shows no write to 0x0981 since {since}, where the set-up began: SYNC0 may never have been "
+    "The capture shows no accepted write to 0x0981 since {since}, where the set-up began: SYNC0 may never have been "
     "activated."};
 inline constexpr Reason kManagerUnseen{
     "process-manager-unseen", Word{"sm2-unseen", "SM2 was never set"}, Word{"sm3-unseen", "SM3 was never set"},
@@ -146,6 +153,21 @@ inline constexpr Reason kSyncSettings{
     "sync-settings", "SYNC0 cycle or 0x0981",
     "The SYNC0 cycle (0x09A0) is {cycle_us} and 0x0981 is {activation}[, written in {write_frame}]. Compare both "
     "with the cycles and the operation modes (AssignActivate) of the ESI."};
+inline constexpr Reason kNoClock{
+    "no-clock", "the slave has no distributed clocks",
+    "Bit 2 of the features (0x0008) is 0: the slave controller has no distributed clocks, and generates no SYNC0. Use "
+    "a "
+    "synchronisation type without SYNC0 (1C32h:1, 1C33h:1) and switch distributed clocks off for this slave."};
+inline constexpr Reason kNoOperationMode{"no-operation-mode", "0x0981 is in no operation mode",
+                                         "0x0981 is {activation} (set in {write_frame}). The {mode_source} of the "
+                                         "device offers only {offered}[ and {more}]. "
+                                         "This may be the reason: take 0x0981 and the cycles from one of these modes."};
+inline constexpr Reason kCycleOfNoMode{
+    "cycle-of-no-operation-mode", "SYNC0 cycle of no operation mode",
+    "The SYNC0 cycle (0x09A0) is {cycle_us} with 0x0981 = {activation} (set in {write_frame}). The {mode_source} of "
+    "the "
+    "device offers only {offered}[ and {more}]. This may be the reason: take 0x0981 and the cycles from one of these "
+    "modes."};
 inline constexpr Reason kMailboxAsEeprom{
     "mailbox-as-eeprom", "firmware and EEPROM differ",
     "SM0 and SM1 are as words 0x0018 to 0x001B of the EEPROM have them. The firmware of the slave may be built for "
@@ -176,7 +198,8 @@ inline constexpr Reason kSyncTypeDiffers{
     "may be the reason."};
 inline constexpr Reason kSyncNeverSet{
     "sync-never-set", "synchronisation was never set",
-    "The capture shows no write to 1C32h:1[{!activation} and none to 0x0981] since {since}, where the set-up began. "
+    "The capture shows no write to 1C32h:1[{!activation} and no accepted one to 0x0981] since {since}, where the "
+    "set-up began. "
     "SYNC0 is off[ (0x0981 = {activation})], and the slave uses its default synchronisation type. If that needs SYNC0, "
     "both do not fit, which may be the reason. Activate SYNC0, or write another type to 1C32h:1 and 1C33h:1."};
 inline constexpr Reason kSyncTypeRejected{"sync-type-rejected", "the type in 1C32h:1",
@@ -222,14 +245,15 @@ template <class... Reasons>
 constexpr std::array<const NoteKind*, sizeof...(Reasons)> NotesOf(const Reasons&... reasons) {
   return {&reasons.note...};
 }
-inline constexpr std::array kNotes = NotesOf(
-    kMailboxNeverSet, kMailboxOff, kMailboxUnseen, kNoMailboxInEeprom, kNoBootstrapInEeprom, kBootstrapMailbox,
-    kWriteIgnored, kLrwUnsupported, kLrwApart, kOutputsNotSent, kOutputsNotAccepted, kInputsNotRead, kMappedLength,
-    kWatchdogZero, kNoTrigger, kSyncLeftOn, kSyncOff, kSyncUnseen, kManagerUnseen, kSyncOffAtRequest, kSyncOn,
-    kSyncCycleZero, kSyncCycleTooShort, kSyncTypeDiffers, kSyncTypeRejected, kRateDiffers, kIntervalsMissed, kAtPulse,
-    kEepromHeld, kModuleDiffers, kModuleCountDiffers, kModulesUnset, kSyncNeverSet, kCountExceeds, kSyncCycleRejected,
-    kSyncSettings, kMailboxAsEeprom, kTypesSwapped, kNoPdoAssigned, kNothingAssigned, kEnabledWithoutLength, kSync1Off,
-    kSync1CycleRejected, kLatchSettings, kOneBufferFreeRun);
+inline constexpr std::array kNotes =
+    NotesOf(kMailboxNeverSet, kMailboxOff, kMailboxUnseen, kNoMailboxInEeprom, kNoBootstrapInEeprom, kBootstrapMailbox,
+            kWriteIgnored, kLrwUnsupported, kLrwApart, kOutputsNotSent, kOutputsNotAccepted, kInputsNotRead,
+            kMappedLength, kWatchdogZero, kNoTrigger, kSyncLeftOn, kSyncOff, kSyncUnseen, kManagerUnseen,
+            kSyncOffAtRequest, kSyncOn, kSyncCycleZero, kSyncCycleTooShort, kSyncTypeDiffers, kSyncTypeRejected,
+            kRateDiffers, kIntervalsMissed, kAtPulse, kEepromHeld, kModuleDiffers, kModuleCountDiffers, kModulesUnset,
+            kSyncNeverSet, kCountExceeds, kSyncCycleRejected, kSyncSettings, kMailboxAsEeprom, kTypesSwapped,
+            kNoPdoAssigned, kNothingAssigned, kEnabledWithoutLength, kSync1Off, kSync1CycleRejected, kLatchSettings,
+            kOneBufferFreeRun, kNoSuchManager, kNoClock, kNoOperationMode, kCycleOfNoMode, kBeyondRam);
 
 /// The notes of a rule together with these.
 template <std::size_t N>

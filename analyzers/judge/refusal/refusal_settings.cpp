@@ -12,7 +12,8 @@ namespace refusal {
 namespace {
 
 /// The registers and objects that show what checks look at. The likeliest reason stands first. Without a row: the
-/// master does not write it (CheckTypes), or other checks of the same code name it (CheckLengths).
+/// master does not write it (CheckTypes), or other checks of the same code name it (CheckLengths,
+/// CheckExists, CheckRam, CheckOperationMode, CheckClock).
 struct About {
   std::array<Check, 4> checks;           ///< null: no more
   std::array<SettingRange, 3> settings;  ///< empty ones at the end

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <string>
 
 #include "analyzers/judge/refusal/checks.h"
 #include "analyzers/judge/refusal/evidence.h"
@@ -41,6 +42,13 @@ IgnoredVerdict VerdictOnWrite(const Case& of, const model::SetUpFacts::IgnoredWr
   return Decide(kIgnoredWrites, facts);
 }
 
+/// How many the slave controller has; unset: not read.
+std::optional<std::uint8_t> ManagersOf(const Case& of) {
+  constexpr EscAddress kCount = 0x0005;
+  const auto count = of.state.registers.Value<std::uint8_t>(kCount, Certainty::kObserved);
+  return count && *count != 0 ? count : std::nullopt;
+}
+
 /// "outputs" or "inputs"
 Value ContentsOf(std::size_t manager) {
   static constexpr Word kOutputsWord{"outputs", "outputs", true};
@@ -80,7 +88,7 @@ void CheckThreeBuffers(const Case& of, Outcome& found, std::size_t manager) {
 void CheckManagerSet(const Case& of, Outcome& found, std::size_t manager) {
   // Below SAFEOP a slave needs no process data.
   if (of.refusal.requested < static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return;
-  if (of.manager(manager) || !of.SetUpIsSeen()) return;
+  if (of.manager(manager) || !of.SetUpIsSeen() || manager >= ManagersOf(of).value_or(esc::kMaxSyncManagers)) return;
   if (of.state.sync_manager_since[manager] > of.state.set_up_since) return;
   const std::optional<std::uint32_t> bytes = of.AssignedBytes(manager);
   if (bytes && *bytes == 0) return;
@@ -105,6 +113,41 @@ void CheckEmpty(const Case& of, Outcome& found, std::size_t manager) {
   Arguments arguments{{"sync_manager", NumberOf(manager)}, {"direction", ContentsOf(manager)}};
   if (changed != 0) arguments.Set("set_frame", arg::Frame(changed));
   found.May(kEnabledWithoutLength, std::move(arguments), manager);
+}
+
+/// The process data need SM2 or SM3 if these are set and have bytes, or if PDOs are assigned to them.
+void CheckExists(const Case& of, Outcome& found) {
+  const auto managers = ManagersOf(of);
+  if (!managers || !of.requested()) return;
+  for (std::size_t n = std::max<std::size_t>(*managers, kOutputs); n <= kInputs; ++n) {
+    const auto set = of.manager(n);
+    const bool is_set = set && set->enabled() && set->length != 0 && of.Counts(of.manager_changed(n));
+    if (!is_set && of.AssignedBytes(n).value_or(0) == 0) continue;
+    return found.Wrong(kNoSuchManager,
+                       {{"sync_manager", NumberOf(n)}, {"managers", arg::Count(*managers, "sync manager")}}, n);
+  }
+}
+
+void CheckRam(const Case& of, Outcome& found) {
+  constexpr EscAddress kRamSize = 0x0006;
+  constexpr std::uint32_t kRamBegin = 0x1000, kKiB = 1024;
+  const auto ram = of.state.registers.Value<std::uint8_t>(kRamSize, Certainty::kObserved);
+  if (!ram || *ram == 0 || !of.requested()) return;
+  const std::uint32_t ram_end = kRamBegin + *ram * kKiB;
+  for (std::size_t n = 0; n <= kInputs; ++n) {
+    const auto set = of.manager(n);
+    if (!set || !set->enabled() || set->length == 0 || !of.Counts(of.manager_changed(n))) continue;
+    if (set->occupied_end() <= ram_end) continue;
+    if (found.none()) found.value = arg::Text("SM" + std::to_string(n));
+    const bool must = set->end() > ram_end;  // without the other two buffers it may still fit
+    return found.Add(must, kBeyondRam,
+                     {{"sync_manager", NumberOf(n)},
+                      {"start", arg::Hex(set->start)},
+                      {"end", arg::Hex(set->occupied_end() - 1)},
+                      {"buffered", arg::Flag(set->occupied_bytes() > set->length)},
+                      {"ram", arg::Number(*ram)},
+                      {"ram_end", arg::Hex(ram_end - 1)}});
+  }
 }
 
 void CheckTypes(const Case& of, Outcome& found) {

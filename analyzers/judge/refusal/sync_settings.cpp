@@ -1,15 +1,18 @@
 #include <algorithm>
 
+#include "analyzers/judge/operation_modes.h"
 #include "analyzers/judge/refusal/checks.h"
 #include "analyzers/judge/refusal/evidence.h"
 #include "analyzers/sync/sync_type.h"
 #include "decoder/esc/al.h"
+#include "decoder/esc/dc_registers.h"
 
 namespace ecaudit::refusal {
 namespace {
 
 constexpr Word kSyncActive{"sync-active", "SYNC0 is active (0x0981)"};
 constexpr Word kSyncInactive{"sync-inactive", "SYNC0 is off (0x0981)"};
+constexpr Word kOperationMode{"operation-mode", "0x0981 against the operation modes of the slave"};
 constexpr Word kSyncCycle{"sync-cycle", "the SYNC0 cycle (0x09A0)"};
 
 PulseVerdict VerdictOnPulses(const Case& of) {
@@ -56,7 +59,15 @@ void CheckLeftOn(const Case& of, Outcome& found) {
   found.May(kSyncLeftOn, std::move(arguments));
 }
 
+void CheckClock(const Case& of, Outcome& found) {
+  const auto features = of.state.registers.Value<std::uint8_t>(esc::kEscFeatures, Certainty::kObserved);
+  if (!features || esc::HasClock(*features) || !of.requested()) return;
+  const bool must = of.refusal.code != esc::al_code::kSynchronization;  // that one is about any synchronisation
+  found.Add(must, kNoClock);
+}
+
 void CheckSyncActive(const Case& of, Outcome& found) {
+  if (found.reason == &kNoClock.title || found.possible == &kNoClock.title) return;
   switch (const PulseVerdict verdict = VerdictOnPulses(of); verdict) {
     case PulseVerdict::kMayBeUnset:
       return found.May(kSyncUnseen, {{"since", arg::Frame(of.state.set_up_since)}});
@@ -143,6 +154,19 @@ void CheckSyncCycle(const Case& of, Outcome& found) {
                                             {"object", arg::Object(object, kMinimumCycle)}});
   }
   if (checked) found.Right(kSyncCycle);
+}
+
+void CheckOperationMode(const Case& of, Outcome& found) {
+  const auto& active = of.dc.active();
+  if (!found.none() || !active || !of.sync0().value_or(false) || !of.Counts(of.sync_changed())) return;
+  const OperationModes modes = OperationModesOf(of.context, of.refusal.slave);
+  if (modes.modes.empty()) return;
+  const ModeMatch match = Match(modes, *active);
+  if (match == ModeMatch::kFits) return found.Right(kOperationMode);
+  Arguments arguments{{"activation", of.Activation()}, {"write_frame", arg::Frame(active->frame.number)}};
+  if (match == ModeMatch::kOtherCycle) arguments.Set("cycle_us", arg::Us(*active->sync0_cycle_ns));
+  SetOffered(arguments, modes);
+  found.May(match == ModeMatch::kOtherCycle ? kCycleOfNoMode : kNoOperationMode, std::move(arguments));
 }
 
 void CheckSyncSettings(const Case& of, Outcome& found) {

@@ -1,15 +1,19 @@
-#include <algorithm>
-#include <string>
+#include <map>
 #include <utility>
 #include <vector>
 
+#include "analyzers/judge/operation_modes.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/judge/sync_text.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
-#include "decoder/base/text.h"
+#include "decoder/esc/al.h"
+#include "decoder/esc/dc_registers.h"
+#include "decoder/esc/register_addresses.h"
+#include "decoder/track/access.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit::sync_not_activated {
 namespace {
@@ -32,19 +36,27 @@ constexpr FindingKind kRefused{
 
 constexpr FindingKind kOtherCycle{
     .name = "cycle-not-offered",
-    .title = "SYNC0 cycle of {sync0_cycle_ns} is in no operation mode of the ESI",
+    .title = "SYNC0 cycle of {sync0_cycle_ns} is in no operation mode of the {mode_source}",
     .message = R"(When {frame} shows OP, 0x0981 is {activation} with a SYNC0 cycle of {sync0_cycle_ns}
-({activation_frame}). The ESI of the device offers these values of 0x0981: {offered}[ and {more}].)",
+({activation_frame}). The {mode_source} of the device offers these values of 0x0981: {offered}[ and {more}].)",
     .next = "Choose one of these operation modes in the configuration of the master."};
 
 constexpr FindingKind kOtherActivation{
     .name = "activation-not-offered",
-    .title = "Activation 0x0981 = {activation} is in no operation mode of the ESI",
+    .title = "Activation 0x0981 = {activation} is in no operation mode of the {mode_source}",
     .message = R"(When {frame} shows OP, 0x0981 is {activation}[ with a SYNC0 cycle of {sync0_cycle_ns}]
-({activation_frame}). The ESI of the device offers these values of 0x0981: {offered}[ and {more}].)",
+({activation_frame}). The {mode_source} of the device offers these values of 0x0981: {offered}[ and {more}].)",
     .next = "Choose one of these operation modes in the configuration of the master."};
 
-constexpr const FindingKind* kKinds[] = {&kReached, &kRefused, &kOtherCycle, &kOtherActivation};
+constexpr FindingKind kNoClock{
+    .name = "no-clock",
+    .title = "SYNC0 activated (0x0981 = {activation}), but the slave has no clock",
+    .message = R"(The master writes {activation} to 0x0981 in {write_frame}, and the slave does not accept it (working
+counter 0). By bit 2 of its features (0x0008) the slave controller has no distributed clocks. In {frame} the slave
+[{?refused}refuses][{!refused}reaches] {requested}, without SYNC0.)",
+    .next = "Switch distributed clocks off for this slave, or use one that has them."};
+
+constexpr const FindingKind* kKinds[] = {&kReached, &kRefused, &kOtherCycle, &kOtherActivation, &kNoClock};
 
 // Several rules may explain one finding: the first that does so wins.
 constexpr std::string_view kAfter[] = {"sync-lost"};
@@ -66,7 +78,10 @@ A slave has a SYNC0 cycle (0x09A0), but its cyclic operation (0x0981 bit 0) is o
 - when it refuses OP because it sees no SYNC0 (AL status code 0x002D).
 
 With an ESI file (--esi) also the activation in OP: SYNC0, SYNC1 and a fixed cycle time must be those of an operation
-mode of the device (AssignActivate, high byte).
+mode of the device (AssignActivate, high byte). Without one the operation modes in the EEPROM (category 60) count, if
+the capture shows the whole EEPROM: an info, because the slave accepts the activation.
+
+If the slave controller has no distributed clocks (0x0008 bit 2 is 0), a refused write that activates SYNC0 (0x0981).
 
 ## Why it matters
 The master meant to synchronise this drive, but without activation no pulse comes. The drive follows the arrival of the
@@ -89,16 +104,28 @@ AssignActivate. If you do not want distributed clocks, leave the cycle 0.
 
 class SyncNotActivated final : public Rule {
  public:
-  SyncNotActivated() : Rule(kInfo) { Subscribe<model::AlAnswered>(&SyncNotActivated::On); }
+  SyncNotActivated() : Rule(kInfo) {
+    Subscribe<model::AlAnswered>(&SyncNotActivated::On);
+    Subscribe<track::SlaveAccess>(&SyncNotActivated::On, MemoryRange::Of(esc::kDcActivation, 1));
+  }
+
+  /// Written to this slave, and refused.
+  void On(const track::SlaveAccess& e) {
+    const ByteSpan activation = e.Covered(e.written, esc::kDcActivation, 1);
+    if (activation.empty() || e.broadcast || e.acceptance != track::Acceptance::kRefused) return;
+    const esc::SyncActivation wanted{activation[0]};
+    if (wanted.active() && wanted.sync0()) refused_writes_[e.slave] = {e.frame().number, wanted};
+  }
 
   void On(const model::AlAnswered& e) {
+    if (ReportNoClock(e)) return;
     if (e.request.control.state() != static_cast<std::uint8_t>(esc::AlState::OP)) return;
     const bool refused = e.outcome == model::AlAnswered::Outcome::kRefused;
     if (refused && e.code.value_or(0) != esc::al_code::kNoSync) return;
     const sync::DcUnit& unit = context().sync().dc(e.slave);
     if (!unit.cycle_configured().seen()) return;
     if (!unit.activation()) return NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kActivation, e.frame.number);
-    if (unit.activation()->active()) return refused ? void() : CompareWithEsi(e, unit);
+    if (unit.activation()->active()) return refused ? void() : CompareWithModes(e, unit);
     FindingIndex index = Repeat(e.slave, refused ? 1 : 0, e.frame);
     const Severity severity = refused ? Severity::kError : kInfo.severity;
     if (index == kNoFinding) index = Report(refused ? 1 : 0, severity, Describe(e, unit, refused));
@@ -113,6 +140,35 @@ class SyncNotActivated final : public Rule {
   }
 
  private:
+  /// SAFEOP or OP without the clock that the master wants to use.
+  bool ReportNoClock(const model::AlAnswered& e) {
+    constexpr std::uint16_t kClock = 0x0004;  // of 0x0008
+    const auto wanted = refused_writes_.find(e.slave);
+    if (wanted == refused_writes_.end()) return false;
+    if (e.request.control.state() < static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return false;
+    const esc::RegisterImage& registers = context().network().state(e.slave).registers;
+    const auto features = registers.Value<std::uint16_t>(esc::kEscFeatures, Certainty::kObserved);
+    if (!features || (*features & kClock) != 0) return false;
+    const bool refused = e.outcome == model::AlAnswered::Outcome::kRefused;
+    if (refused && !esc::SpeaksOfSynchronisation(e.code.value_or(0))) return false;
+    FindingIndex index = Repeat(e.slave, 2, e.frame);
+    if (index == kNoFinding) {
+      Finding finding = Found(kNoClock, e.slave, e.frame);
+      AddRelated(finding, wanted->second.frame);
+      finding.Set("activation", arg::Hex(wanted->second.activation.raw, 2))
+          .Set("write_frame", arg::Frame(wanted->second.frame))
+          .Set("refused", arg::Flag(refused))
+          .Set("requested", arg::State(e.request.control.state()));
+      index = Report(2, std::move(finding));
+    }
+    if (refused) refusals_.push_back({e.slave, e.frame.number, index});
+    return true;
+  }
+
+  struct RefusedWrite {
+    FrameNo frame = 0;
+    esc::SyncActivation activation;
+  };
   struct Refusal {
     SlaveId slave = kNoSlave;
     FrameNo frame = 0;
@@ -128,52 +184,25 @@ class SyncNotActivated final : public Rule {
     return finding;
   }
 
-  static constexpr unsigned kCompared = 0x07;  ///< cyclic operation, SYNC0, SYNC1
-  static constexpr std::size_t kMostNamed = 6;
-
-  [[nodiscard]] static esc::SyncActivation WantedBy(const device::DcMode& mode) {
-    return esc::AssignActivate{static_cast<std::uint16_t>(mode.assign_activate & 0xFFFFU)}.activation();
-  }
-  /// A fixed cycle is given without a factor.
-  [[nodiscard]] static bool HasFixedCycle(const device::DcMode& mode) {
-    return mode.cycle_sync0.value_or(0) > 0 && mode.factor_sync0 == 0;
-  }
-  /// {offered}: "0x07 (DC8, 125.00 us)" of each, and {more}: how many are not named.
-  static void SetOffered(Finding& finding, const std::vector<device::DcMode>& modes) {
-    std::vector<Value> offered;
-    for (std::size_t i = 0; i < std::min(modes.size(), kMostNamed); ++i) {
-      const device::DcMode& mode = modes[i];
-      std::string name = mode.name;
-      if (HasFixedCycle(mode)) name += (name.empty() ? "" : ", ") + Duration(*mode.cycle_sync0);
-      offered.push_back(arg::Code(WantedBy(mode).raw, name, 2));
-    }
-    finding.Set("offered", arg::List(std::move(offered)));
-    if (modes.size() > kMostNamed) finding.Set("more", arg::Count(modes.size() - kMostNamed, "other"));
-  }
-
-  /// Switched on: as one of the modes that the ESI offers?
-  void CompareWithEsi(const model::AlAnswered& e, const sync::DcUnit& unit) {
-    const device::DeviceDescription& device = *context().slave(e.slave).profile;
-    if (!device.esi || device.esi->dc_modes.empty() || !unit.active()) return;
+  /// Switched on: as one of the modes that the device offers? What the EEPROM lists may be less than the ESI.
+  void CompareWithModes(const model::AlAnswered& e, const sync::DcUnit& unit) {
+    if (!unit.active()) return;
+    const OperationModes offered = OperationModesOf(context(), e.slave);
+    if (offered.modes.empty()) return;
     const sync::SyncSettings& on = *unit.active();
-    const std::optional<std::uint32_t> cycle = on.sync0_cycle_ns;
-    bool same_units = false;
-    for (const device::DcMode& mode : device.esi->dc_modes) {
-      const bool units = (WantedBy(mode).raw & kCompared) == (on.activation.raw & kCompared);
-      if (units && (!HasFixedCycle(mode) || !cycle || *cycle == *mode.cycle_sync0)) return;
-      same_units = same_units || units;
-    }
-    if (Repeat(e.slave, 1, e.frame) != kNoFinding) return;
-    Finding finding = Found(same_units ? kOtherCycle : kOtherActivation, e.slave, e.frame);
+    const ModeMatch match = Match(offered, on);
+    if (match == ModeMatch::kFits || Repeat(e.slave, 1, e.frame) != kNoFinding) return;
+    Finding finding = Found(match == ModeMatch::kOtherCycle ? kOtherCycle : kOtherActivation, e.slave, e.frame);
     AddRelated(finding, on.frame.number);
     finding.reference = ReferenceTo("ETG2000, Dc/OpMode");
     finding.Set("activation", arg::Hex(on.activation.raw, 2)).Set("activation_frame", arg::Frame(on.frame.number));
-    if (cycle) finding.Set("sync0_cycle_ns", arg::Ns(*cycle));
-    SetOffered(finding, device.esi->dc_modes);
-    Report(1, std::move(finding));
+    if (on.sync0_cycle_ns) finding.Set("sync0_cycle_ns", arg::Ns(*on.sync0_cycle_ns));
+    SetOffered(finding.arguments, offered);
+    Report(1, offered.from_eeprom() ? Severity::kInfo : kInfo.severity, std::move(finding));
   }
 
   std::vector<Refusal> refusals_;
+  std::map<SlaveId, RefusedWrite> refused_writes_;  ///< of 0x0981
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<SyncNotActivated>};
