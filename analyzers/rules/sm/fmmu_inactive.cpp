@@ -2,6 +2,7 @@
 #include <array>
 #include <bitset>
 #include <limits>
+#include <map>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/time.h"
+#include "decoder/esc/fmmu.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/pipeline.h"
 #include "decoder/track/events.h"
@@ -28,7 +30,9 @@ constexpr std::uint8_t kOp = static_cast<std::uint8_t>(esc::AlState::OP);
 constexpr std::int64_t kLongEnoughNs = 20'000'000;
 
 constexpr std::string_view kNext =
-    R"(Before SAFEOP is requested, write an FMMU of type {fmmu_type} for {physical_start}, {length}, with activate 1.)";
+    R"([{!last_fmmu}Before SAFEOP is requested, write an FMMU of type {fmmu_type} for {physical_start}, {length}, with
+activate 1.][{?last_fmmu}Use no FMMU after FMMU {last_fmmu}. One can map several sync managers that lie side by
+side.])";
 
 constexpr FindingKind kSwitchedOff{
     .name = "switched-off",
@@ -80,8 +84,14 @@ constexpr NoteKind kStaysInOp{
         R"(The slave stays in OP for {stayed_ms}, until {until_frame}, without outputs: its watchdog does not
 act[ ({reason})]. Its outputs keep their values, also if the master fails.)"};
 
+constexpr NoteKind kNoSuchFmmu{
+    .name = "no-such-fmmu",
+    .text =
+        R"(For these the master wrote FMMU {fmmu} in {fmmu_frame}, which the slave did not accept: its controller has only
+{fmmus} (0x0004).)"};
+
 constexpr const FindingKind* kKinds[] = {&kSwitchedOff, &kNotMapped, &kOpRefused, &kPartNotMapped};
-constexpr const NoteKind* kNotes[] = {&kStaysInOp};
+constexpr const NoteKind* kNotes[] = {&kStaysInOp, &kNoSuchFmmu};
 
 constexpr Word kWatchdogTimeZero{"watchdog-time-zero", "0x0420 is 0"};
 constexpr Word kNoTrigger{"no-watchdog-trigger", "bit 6 of the control byte of the sync manager is 0"};
@@ -126,7 +136,8 @@ evaluated.
 - AL Status that shows OP after twice the watchdog time without outputs shows that the watchdog does not act: a
   warning.
 - Outputs of one sync manager beside mapped ones of another are a warning: the slave stays in OP without them.
-- Inputs that no FMMU maps are an info: the master does not use them, and the slave does not need that.
+- Inputs that no FMMU maps are an info: the master does not use them, and the slave does not need that. They are a
+  warning if the master wrote an FMMU for them that the slave controller does not have (0x0004).
 - One access to the memory of the sync manager by position or station address proves an exchange without FMMU.
 
 ## Example
@@ -189,6 +200,7 @@ class FmmuInactive final : public Rule {
   }
   void On(const model::AlErrorCode& e) { Blame(e.slave, e.code); }
   void On(const track::SlaveAccess& e) {
+    if (e.acceptance == track::Acceptance::kRefused) NoteRefused(e);
     if (e.slave >= slaves_.size() || !slaves_[e.slave].op_since.seen() || !e.done() || e.broadcast) return;
     if (e.address >= esc::kFmmuBase && e.address < esc::FmmuAddress(esc::kMaxFmmus) && !e.written.empty()) {
       for (const bool outputs : {true, false}) (void)Evaluate(e.slave, outputs, e.frame(), &e);
@@ -281,7 +293,9 @@ class FmmuInactive final : public Rule {
   /// It did not leave OP by itself, as far as the capture shows.
   /// @param since  the frame from which on nothing maps them
   void GoesOn(SlaveId id, bool outputs, FindingIndex index, const FrameRef& since) {
-    if (!outputs) return context().store.Regrade(index, Severity::kInfo);
+    // An FMMU that was written shows that the master wants these inputs.
+    const bool wanted = context().store[index].Has(kNoSuchFmmu);
+    if (!outputs) return context().store.Regrade(index, wanted ? Severity::kWarning : Severity::kInfo);
     const FrameRef& until = slaves_[id].shown;
     if (until.number <= since.number || !since.has_time || !until.has_time) return;
     const TimeNs watchdog = context().sync().outputs(id).watchdog_ns;
@@ -302,6 +316,33 @@ class FmmuInactive final : public Rule {
     if (time && *time == 0) return &kWatchdogTimeZero;
     const auto manager = state.process_manager(esc::SmDirection::ECAT_WRITES);
     return manager && !manager->watchdog_trigger() ? &kNoTrigger : nullptr;
+  }
+
+  /// A write to an FMMU that the slave controller does not have.
+  void NoteRefused(const track::SlaveAccess& e) {
+    constexpr EscAddress kFmmuCount = 0x0004;
+    if (e.address < esc::kFmmuBase || e.address >= esc::FmmuAddress(esc::kMaxFmmus) || e.broadcast) return;
+    const auto fmmu = esc::Fmmu::Decode(e.written);
+    const auto number = static_cast<std::uint8_t>((e.address - esc::kFmmuBase) / esc::kFmmuBytes);
+    if (!fmmu || !fmmu->active() || e.address != esc::FmmuAddress(number)) return;
+    const auto count =
+        context().network().state(e.slave).registers.Value<std::uint8_t>(kFmmuCount, Certainty::kObserved);
+    if (!count || *count == 0 || number < *count) return;
+    no_such_[e.slave] = {e.frame().number, number, *count, *fmmu};
+  }
+  /// ... for this sync manager.
+  struct NoSuchFmmu {
+    FrameNo frame = 0;
+    std::uint8_t number = 0;
+    std::uint8_t count = 0;  ///< of those that it has
+    esc::Fmmu fmmu;
+  };
+  [[nodiscard]] const NoSuchFmmu* NoSuchFor(SlaveId id, const esc::SyncManager& manager, bool outputs) const {
+    const auto found = no_such_.find(id);
+    if (found == no_such_.end()) return nullptr;
+    const esc::Fmmu& fmmu = found->second.fmmu;
+    const bool of_it = fmmu.physical_start < manager.end() && fmmu.physical_end() > manager.start;
+    return of_it && (outputs ? fmmu.writes() : fmmu.reads()) ? &found->second : nullptr;
   }
 
   /// @return the finding; kNoFinding: nothing to report
@@ -395,6 +436,13 @@ class FmmuInactive final : public Rule {
         .Set("control", arg::Hex(manager.control, 2))
         .Set("fmmu_type", arg::Number(outputs ? 2 : 1));
     if (off != nullptr) finding.Set("written_register", arg::Register(off->address));
+    if (const NoSuchFmmu* none = NoSuchFor(id, manager, outputs)) {
+      AddRelated(finding, none->frame);
+      finding.Set("last_fmmu", arg::Number(none->count - 1));
+      finding.Add(kNoSuchFmmu, {{"fmmu", arg::Number(none->number)},
+                                {"fmmu_frame", arg::Frame(none->frame)},
+                                {"fmmus", arg::Count(none->count, "FMMU")}});
+    }
     return finding;
   }
 
@@ -424,6 +472,7 @@ class FmmuInactive final : public Rule {
   }
 
   std::vector<Watched> slaves_;
+  std::map<SlaveId, NoSuchFmmu> no_such_;  ///< the last one of each slave
   std::vector<Consequence> drops_;
   std::vector<Consequence> refusals_;
 };

@@ -59,6 +59,20 @@ its FMMU {other_fmmu} ({other_length} from {other_start}, set in {other_fmmu_fra
     .next = "Give each slave its own place in the process image.",
     .identity = "logical_address"};
 
+constexpr FindingKind kSharedOutputs{
+    .name = "shared-outputs",
+    .title = "Outputs of two slaves share {shared_bits} from {logical_address}[{?crossing}, but not all]",
+    .message =
+        R"(In {frame} two slaves take {shared_bits} from logical address {logical_address} on as outputs. One is
+{other_slave} with its FMMU {other_fmmu} ({other_length} from {other_start}, set in {other_fmmu_frame}). The other is
+{own_slave} with its FMMU {fmmu} ({length} from {start}, set in {fmmu_frame}). [{?crossing}Each of them also has bits that
+the other has not: what is one value for the one is part of another value for the other.][{!crossing}That may be meant, if
+both follow the same commands.])",
+    .next =
+        "[{?crossing}Give each slave its own place in the process image.][{!crossing}Check that both are to follow the "
+        "same commands.]",
+    .identity = "logical_address"};
+
 constexpr NoteKind kInputsChange{
     .name = "inputs-change",
     .text = R"(In {change_frame} these inputs have another value. So the slave writes them without a sync manager, as
@@ -71,7 +85,7 @@ constexpr NoteKind kTypesSwapped{
 used for {used}[{?by_eeprom}, also by the EEPROM]. A master that sets its FMMUs by 1C00h maps the wrong sync manager. Use
 the types of the EEPROM, or correct 1C00h in the firmware of the slave.)"};
 
-constexpr const FindingKind* kKinds[] = {&kWrongDirection, &kOutside, &kOnMailbox, &kSharedInputs};
+constexpr const FindingKind* kKinds[] = {&kWrongDirection, &kOutside, &kOnMailbox, &kSharedInputs, &kSharedOutputs};
 constexpr const NoteKind* kNotes[] = {&kInputsChange, &kTypesSwapped};
 
 constexpr Word kOutputs{"outputs", "outputs", true};
@@ -93,12 +107,13 @@ constexpr RuleInfo kInfo{.id = "fmmu-mismatch",
 Each active FMMU of a slave that reaches SAFEOP or OP: every byte that it maps must be in an enabled sync manager, of
 inputs for an FMMU that reads, of outputs for one that writes.
 
-Also whether read FMMUs of two slaves cover the same bits of the logical process image, so that both write them into the
-same frame.
+Also whether FMMUs of two slaves cover the same bits of the logical process image: read FMMUs, so that both slaves write
+them into the same frame, or write FMMUs, so that both take the same outputs.
 
 ## Why it matters
 Bytes outside a sync manager have no buffers: values are torn, outputs never reach the application, inputs stay old. If
-two slaves write the same bits, the last one on the bus wins, and the inputs of the other are lost.
+two slaves write the same bits, the last one on the bus wins, and the inputs of the other are lost. A slave that takes a
+part of the outputs of another one follows commands that are not its own.
 
 ## How it is decided
 The settings at the time when the slave shows the state count. A slave that refuses it is evaluated by the sync manager
@@ -110,7 +125,8 @@ rules.
   info.
 - FMMUs of registers (below 0x1000 and outside every sync manager: the mailbox state 0x080D) are normal.
 - Inputs and outputs of one slave at the same logical address are normal.
-- Write FMMUs of two slaves on the same bits are not evaluated: they may receive one command in common.
+- Write FMMUs of two slaves on the same bits are a warning if each has bits that the other has not. If one range
+  contains the other, both slaves may receive one command in common: an info.
 - Two slaves count when a logical access covers the bits while both are in SAFEOP or OP, with no request in flight.
 
 ## Example
@@ -148,9 +164,11 @@ class FmmuMismatch final : public Rule {
     if (e.assumed || !e.returned.seen() || e.wkc == 0) return;
     const track::Network& network = context().network();
     if (version_ != network.mapping_version()) FindShared(e);
-    if (e.command == wire::Command::LWR) return;
-    for (Unmanaged& inputs : unmanaged_) WatchChange(e, inputs);
+    if (e.command != wire::Command::LWR) {
+      for (Unmanaged& inputs : unmanaged_) WatchChange(e, inputs);
+    }
     for (Shared& shared : shared_) {
+      if (e.command == (shared.outputs ? wire::Command::LRD : wire::Command::LWR)) continue;
       if (!shared.reported && Covers(e, shared.bits) && Gives(shared.a.slave) && Gives(shared.b.slave)) {
         ReportShared(e, shared);
       }
@@ -177,6 +195,7 @@ class FmmuMismatch final : public Rule {
   struct Shared {
     Mapped a, b;
     esc::BitRange bits;
+    bool outputs = false;  ///< of both; else inputs
     bool reported = false;
   };
 
@@ -455,7 +474,8 @@ class FmmuMismatch final : public Rule {
       again[s] = true;
       for (const auto& [number, fmmu] : network.fmmus(id).active) {
         const bool process_memory = fmmu.physical_start >= kDigitalInputs;
-        if (fmmu.reads() && process_memory && fmmu.bit_count() != 0) fresh.push_back({id, number, fmmu});
+        const bool takes_part = fmmu.reads() || fmmu.writes();
+        if (takes_part && process_memory && fmmu.bit_count() != 0) fresh.push_back({id, number, fmmu});
       }
     }
     version_ = network.mapping_version();
@@ -471,27 +491,40 @@ class FmmuMismatch final : public Rule {
     return known;
   }
 
-  /// Pairs of slaves whose read FMMUs of process memory share bits.
+  /// Pairs of slaves whose FMMUs of process memory share bits in one direction.
   void FindShared(const track::LogicalAccess& e) {
     const std::vector<Shared> before = std::move(shared_);
     shared_.clear();
     if (!ReadMapped()) NotEvaluable(kNoSlave, ReasonCode::kNotInCapture, what::kFmmusOfAll, e.frame().number);
+    FindShared(before, false);
+    FindShared(before, true);
+  }
+  void FindShared(const std::vector<Shared>& before, bool outputs) {
     const std::vector<Mapped>& all = mapped_;
+    const std::size_t most = shared_.size() + kMaxShared;
     for (std::size_t i = 0; i < all.size(); ++i) {
-      for (std::size_t k = i + 1; k < all.size() && shared_.size() < kMaxShared; ++k) {
+      if (HasOutputs(all[i]) != outputs) continue;
+      for (std::size_t k = i + 1; k < all.size() && shared_.size() < most; ++k) {
         if (all[k].fmmu.logical_bits().first >= all[i].fmmu.logical_bits().end()) break;
-        if (all[k].slave == all[i].slave) continue;
+        if (all[k].slave == all[i].slave || HasOutputs(all[k]) != outputs) continue;
         // The one that was set later overlaps the other.
         const bool in_order = Since(all[i]) <= Since(all[k]);
         Shared shared{all[in_order ? i : k], all[in_order ? k : i],
-                      esc::Intersect(all[i].fmmu.logical_bits(), all[k].fmmu.logical_bits())};
+                      esc::Intersect(all[i].fmmu.logical_bits(), all[k].fmmu.logical_bits()), outputs};
         shared.reported = std::ranges::any_of(before, [&](const Shared& old) {
           return old.reported && old.a.slave == shared.a.slave && old.b.slave == shared.b.slave &&
-                 old.bits == shared.bits;
+                 old.bits == shared.bits && old.outputs == outputs;
         });
         shared_.push_back(shared);
       }
     }
+  }
+
+  /// What it gives back as well counts as inputs.
+  static bool HasOutputs(const Mapped& m) { return !m.fmmu.reads(); }
+  /// Each of both has bits that the other has not.
+  static bool Cross(const Shared& shared) {
+    return shared.bits != shared.a.fmmu.logical_bits() && shared.bits != shared.b.fmmu.logical_bits();
   }
 
   /// Frame that set it.
@@ -499,11 +532,14 @@ class FmmuMismatch final : public Rule {
 
   void ReportShared(const track::LogicalAccess& e, Shared& shared) {
     shared.reported = true;
-    const std::uint64_t key = 1ULL << 63U | shared.bits.first << 16U | shared.a.slave;
+    const std::uint64_t key =
+        1ULL << 63U | (shared.outputs ? 1ULL << 62U : 0) | shared.bits.first << 16U | shared.a.slave;
     if (Repeat(shared.b.slave, key, e.frame()) != kNoFinding) return;
     const Mapped& own = shared.b;
     const Mapped& other = shared.a;
-    Finding finding = Found(kSharedInputs, own.slave, e.frame());
+    const bool crossing = Cross(shared);
+    Finding finding = Found(shared.outputs ? kSharedOutputs : kSharedInputs, own.slave, e.frame());
+    if (shared.outputs) finding.Set("crossing", arg::Flag(crossing));
     finding.Set("logical_address", arg::Hex(shared.bits.first / 8, 8))
         .Set("shared_bits", arg::Count(shared.bits.count, "bit"))
         .Set("other_slave", arg::Slave(other.slave, context().Label(other.slave)))
@@ -518,7 +554,8 @@ class FmmuMismatch final : public Rule {
         .Set("fmmu_frame", arg::Frame(Since(own)));
     AddRelated(finding, Since(shared.a));
     AddRelated(finding, Since(shared.b));
-    Report(key, std::move(finding));
+    const Severity of_outputs = crossing ? Severity::kWarning : Severity::kInfo;
+    Report(key, shared.outputs ? of_outputs : kInfo.severity, std::move(finding));
   }
 
   static constexpr std::uint32_t kDigitalInputs = 0x0F00;  // below are registers
@@ -526,7 +563,7 @@ class FmmuMismatch final : public Rule {
   FrameNo last_certain_gap_ = 0;
   std::map<SlaveId, std::uint32_t> evaluated_;  // mapping version
   std::optional<std::uint64_t> version_;        ///< of the mapping that mapped_ and shared_ were made from
-  std::vector<Mapped> mapped_;                  ///< FMMUs that give process data, by their first logical bit
+  std::vector<Mapped> mapped_;                  ///< FMMUs of process data, by their first logical bit
   std::vector<Shared> shared_;
   std::vector<Unmanaged> unmanaged_;
 };
