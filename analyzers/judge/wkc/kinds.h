@@ -58,7 +58,7 @@ inline constexpr FindingKind kNoSlaveThere{
     .message =
         R"([{?assigned}The master accesses station address {station_address} {accesses} from {frame} to {last_frame},
 first register {register}, and the working counter is always 0. It assigned other addresses in the capture, but not this
-one.[ So no slave takes what it writes to register {written_register} there.]][{!assigned}The master accesses station
+one.[ So no slave takes what it writes to [{?mailbox}the mailbox at ][{!mailbox}register ]{written_register} there.]][{!assigned}The master accesses station
 address {station_address} {accesses} from {frame} to {last_frame}, first register {register}, which every slave has. The
 working counter is always 0, but other slaves answer. The slave lost power, its link or its address before the capture,
 or no slave ever had this address.])",

@@ -5,11 +5,22 @@
 
 #include "analyzers/judge/wkc/kinds.h"
 #include "analyzers/judge/wkc/thresholds.h"
+#include "decoder/mailbox/header.h"
 
 namespace ecaudit::wkc {
 namespace {
 
-constexpr EscAddress kRegistersEnd = 0x1000;  // mailboxes and process data: other masters in the capture write them too
+constexpr EscAddress kRegistersEnd = 0x1000;  // process data and mailboxes follow
+
+/// A mailbox message to this address. Process data of another master, which may stand there as well, do not look so.
+bool IsMailboxMessage(const track::Answered& answer) {
+  constexpr std::size_t kShortest = 16;  // a mailbox is written as a whole, and is longer than most process data
+  if (answer.address < kRegistersEnd || answer.sent_data.size() < kShortest) return false;
+  const mailbox::Header header = mailbox::ParseHeader(answer.sent_data);
+  const bool fits = header.length > 0 && header.length + mailbox::kHeaderBytes <= answer.sent_data.size();
+  return fits && mailbox::IsDefined(header.protocol) && header.protocol != mailbox::Protocol::kError &&
+         header.channel == 0 && !header.reserved_bit;
+}
 
 bool IsConfigured(wire::Command command) {
   return command == wire::Command::FPRD || command == wire::Command::FPWR || command == wire::Command::FPRW;
@@ -29,7 +40,9 @@ void MissingSlaves::On(const track::Answered& answer) {
   }
   const bool writes = answer.command == wire::Command::FPWR && assigned_ && answer.returned.seen();
   const bool other_register = answer.address > kLastOfEveryEsc && answer.address < kRegistersEnd;
-  if (writes && other_register && answer.slave == kNoSlave) stations_.Add(answer.adp, answer);
+  if (writes && answer.slave == kNoSlave && (other_register || IsMailboxMessage(answer))) {
+    stations_.Add(answer.adp, answer);
+  }
   if (!wire::IncrementsAdp(answer.command) || wire::IsBroadcast(answer.command)) return;
   // A position after the last slave. The datagram itself counts the slaves that it passes.
   constexpr std::uint16_t kMostPositions = 0x8000;  // above: slaves before the tap have counted already
@@ -82,7 +95,10 @@ void MissingSlaves::AddStation(StationAddress station, const UnansweredAddresses
       .Set("register", arg::Hex(accesses.address))
       .Set("accesses", arg::Count(accesses.count, "time"))
       .Set("assigned", arg::Flag(assigned_));
-  if (writes) finding.Set("written_register", arg::Hex(accesses.written));
+  if (writes) {
+    finding.Set("written_register", arg::Hex(accesses.written))
+        .Set("mailbox", arg::Flag(accesses.written >= kRegistersEnd));
+  }
   const Severity severity = assigned_ && !looks ? Severity::kError : Severity::kWarning;
   reports.push_back({0x2000000000000000ULL | station, severity, finding});
 }

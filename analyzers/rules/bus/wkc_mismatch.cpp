@@ -81,8 +81,8 @@ count. Outside that range the rule fires, and names the slaves whose share is mi
 - If the capture shows no assignment of addresses, a station address that the master accesses for at least half a second
   is an inferred warning. It never answers, and other slaves do.
 - A station address that the master did not assign, though it assigned others, is an error after at least 10 accesses
-  in at least 1 s. All return with working counter 0. One whose registers it writes is a warning from the first access
-  on: a master that looks for slaves reads.
+  in at least 1 s. All return with working counter 0. One whose registers it writes, or to which it sends mailbox
+  messages, is a warning from the first access on: a master that looks for slaves reads.
 - A position after the last slave is a warning after at least 10 accesses in at least 1 s. A master that looks for new
   slaves at most 4 times a second is not reported.
 
