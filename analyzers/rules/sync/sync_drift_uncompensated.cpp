@@ -4,7 +4,9 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/slave_model.h"
 #include "analyzers/sync/sync_model.h"
+#include "decoder/base/bytes.h"
 #include "decoder/base/time.h"
+#include "decoder/esc/register_addresses.h"
 #include "decoder/track/events.h"
 
 namespace ecaudit::sync_drift_uncompensated {
@@ -26,7 +28,15 @@ system time is in {since_frame}.] After it no slave answered ARMW, FRMW or BWR o
 {limit_ms}. The clocks of the slaves drift apart.)",
     .next = "Send FRMW of 0x0910 to the reference clock in each cycle."};
 
-constexpr const FindingKind* kKinds[] = {&kNotDistributed};
+constexpr FindingKind kReferenceAway{
+    .name = "reference-away",
+    .title = "{command} gives {slaves} the time {time} of the master: no reference clock",
+    .message = R"(From {frame} to {last_frame}, {count} times, {command} of 0x0910 returned with the data that the
+master sent ({time}). So the reference clock[ ({reference})] did not answer, but {slaves} took these data. They regulate
+their clocks to them, as to the time of the reference clock. {slave_in_op} is in OP with SYNC0.)",
+    .next = "Find out why the reference clock does not answer. End the distribution while it is away."};
+
+constexpr const FindingKind* kKinds[] = {&kNotDistributed, &kReferenceAway};
 
 constexpr RuleInfo kInfo{.id = "sync-drift-uncompensated",
                          .group = "Synchronisation",
@@ -40,6 +50,9 @@ constexpr RuleInfo kInfo{.id = "sync-drift-uncompensated",
 ## What it checks
 While a slave with SYNC0 is in OP, the system time must be distributed: by ARMW or FRMW of 0x0910, or by BWR of a time
 that increases from write to write. The rule reports more than a second without it.
+
+Also whether the slave that ARMW or FRMW addresses answers. If it is away, the other slaves take what the master sent
+(usually 0) for the time of the reference clock. Ten such frames one after the other are reported.
 
 ## Why it matters
 Each slave has its own quartz. Without distribution the clocks drift apart by up to 0.1 ms per second, and the SYNC0
@@ -62,7 +75,29 @@ Send FRMW (or ARMW) of 0x0910 to the reference clock in each cycle, with the pro
 
 class SyncDriftUncompensated final : public Rule {
  public:
-  SyncDriftUncompensated() : Rule(kInfo) { Subscribe<track::LogicalAccess>(&SyncDriftUncompensated::On); }
+  SyncDriftUncompensated() : Rule(kInfo) {
+    Subscribe<track::LogicalAccess>(&SyncDriftUncompensated::On);
+    Subscribe<track::Answered>(&SyncDriftUncompensated::On, MemoryRange::Of(esc::kSystemTime, 4));
+  }
+
+  /// A reference clock changes the data. Outbound copies with a counter were captured downstream of slaves.
+  void On(const track::Answered& e) {
+    const bool distributes = e.command == wire::Command::ARMW || e.command == wire::Command::FRMW;
+    if (!in_use_since_.seen() || !distributes || !e.returned.seen() || e.address != esc::kSystemTime) return;
+    if (e.wkc == 0 || e.sent_wkc != 0 || e.circulating || !SameBytes(e.sent_data, e.returned_data)) {
+      if (away_.count != 0) away_ = {};
+      return;
+    }
+    if (e.returned_data.size() < 4) return;
+    if (away_.count == 0) away_.first = e.returned;
+    ++away_.count;
+    if (away_.finding != kNoFinding) {
+      context().store[away_.finding].last = e.returned;
+      ++context().store[away_.finding].count;
+    } else if (away_.count == kSeveral && context().sync().clock().distributions() > 0) {
+      ReportAway(e);
+    }
+  }
 
   void On(const track::LogicalAccess& e) {
     if (frames_++ % kCheckEvery == 0) CheckUse(e.frame());
@@ -107,12 +142,29 @@ class SyncDriftUncompensated final : public Rule {
     if (from.number == in_use_since_.number) {
       finding.Set("slave_in_op", arg::Slave(slave_, context().Label(slave_)));
     }
+    if (away_.count != 0) finding.caused_by = away_.finding;
     reported_ = Report(0, std::move(finding));
   }
 
   void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
+  static constexpr std::uint64_t kSeveral = 10;
+
+  void ReportAway(const track::Answered& e) {
+    if ((away_.finding = Repeat(kNoSlave, 1, e.returned)) != kNoFinding) return;
+    Finding finding = Found(kReferenceAway, kNoSlave, away_.first);
+    finding.last = e.returned;
+    finding.count = away_.count;
+    AddRelated(finding, context().sync().clock().last_distribution().number);
+    finding.Set("command", arg::Text(wire::Name(e.command)))
+        .Set("slaves", arg::Count(e.wkc, "slave"))
+        .Set("time", arg::Number(LittleEndian<std::uint32_t>(e.returned_data, 0)))
+        .Set("slave_in_op", arg::Slave(slave_, context().Label(slave_)));
+    if (e.slave != kNoSlave) finding.Set("reference", arg::Slave(e.slave, context().Label(e.slave)));
+    away_.finding = Report(1, std::move(finding));
+  }
+
   void CheckUse(const FrameRef& frame) {
     std::size_t clocks = 0;
     SlaveId in_use = kNoSlave;
@@ -132,6 +184,13 @@ class SyncDriftUncompensated final : public Rule {
     }
   }
 
+  /// Frames one after the other in which the reference clock did not answer.
+  struct Away {
+    FrameRef first;
+    std::uint64_t count = 0;
+    FindingIndex finding = kNoFinding;
+  };
+  Away away_;
   std::uint32_t frames_ = 0;
   FrameRef in_use_since_;
   SlaveId slave_ = kNoSlave;
