@@ -271,6 +271,7 @@ class DriveNotFollowing final : public AxisRule {
     finding.Set("cyclic", arg::Flag());
     const sync::DcUnit& unit = context().sync().dc(finding.slave);
     if (!unit.activation() || !HasClock(finding.slave)) return;
+    if (unit.activation_changed() > finding.first.number) return;  // it was another one when the axis stopped
     const esc::SyncActivation activation = *unit.activation();
     if (activation.active() && activation.sync1()) return;
     finding.Set("activation", arg::Hex(activation.raw, 2));
