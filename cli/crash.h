@@ -22,8 +22,7 @@ void LeaveCrashesAlone();
 /// What a person is asked to do about an internal error.
 inline constexpr const char* kPleaseReport =
     "please report it as docs/CONTRIBUTING.md describes, with this line, the output of 'ecaudit --version', the "
-    "command "
-    "line and, "
+    "command line and, "
     "if you may share it, the capture ('ecaudit anonymize' takes names out)";
 
 }  // namespace ecaudit::cli

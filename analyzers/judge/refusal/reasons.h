@@ -156,18 +156,16 @@ inline constexpr Reason kSyncSettings{
 inline constexpr Reason kNoClock{
     "no-clock", "the slave has no distributed clocks",
     "Bit 2 of the features (0x0008) is 0: the slave controller has no distributed clocks, and generates no SYNC0. Use "
-    "a "
-    "synchronisation type without SYNC0 (1C32h:1, 1C33h:1) and switch distributed clocks off for this slave."};
+    "a synchronisation type without SYNC0 (1C32h:1, 1C33h:1) and switch distributed clocks off for this slave."};
 inline constexpr Reason kNoOperationMode{"no-operation-mode", "0x0981 is in no operation mode",
                                          "0x0981 is {activation} (set in {write_frame}). The {mode_source} of the "
                                          "device offers only {offered}[ and {more}]. "
                                          "This may be the reason: take 0x0981 and the cycles from one of these modes."};
-inline constexpr Reason kCycleOfNoMode{
-    "cycle-of-no-operation-mode", "SYNC0 cycle of no operation mode",
-    "The SYNC0 cycle (0x09A0) is {cycle_us} with 0x0981 = {activation} (set in {write_frame}). The {mode_source} of "
-    "the "
-    "device offers only {offered}[ and {more}]. This may be the reason: take 0x0981 and the cycles from one of these "
-    "modes."};
+inline constexpr Reason kCycleOfNoMode{"cycle-of-no-operation-mode", "SYNC0 cycle of no operation mode",
+                                       "The SYNC0 cycle (0x09A0) is {cycle_us} with 0x0981 = {activation} (set in "
+                                       "{write_frame}). The {mode_source} of the device offers only {offered}[ and "
+                                       "{more}]. This may be the reason: take 0x0981 and the cycles from one of these "
+                                       "modes."};
 inline constexpr Reason kMailboxAsEeprom{
     "mailbox-as-eeprom", "firmware and EEPROM differ",
     "SM0 and SM1 are as words 0x0018 to 0x001B of the EEPROM have them. The firmware of the slave may be built for "

@@ -31,8 +31,7 @@ constexpr FindingKind kFault{
 of the drive is {watchdog_ms}.])",
     .next =
         "[{?pause_ms}Find out why the master stopped sending.][{!pause_ms}[{!fault}Read {fault_object} from the "
-        "drive.]] "
-        "Reset the fault (rising edge of bit 7) after its cause is corrected.",
+        "drive.]] Reset the fault (rising edge of bit 7) after its cause is corrected.",
     .identity = "state fault_code",
     .next_stays = true};
 constexpr FindingKind kAlreadyInFault{

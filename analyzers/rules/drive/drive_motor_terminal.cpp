@@ -53,8 +53,7 @@ constexpr FindingKind kStandsStill{
 1. Moving positive and Moving negative stay 0.)",
     .next =
         "Check the operation mode of the terminal, its maximum velocity and motor current, and whether the set point "
-        "is "
-        "too small.",
+        "is too small.",
     .identity = ""};
 
 constexpr const FindingKind* kKinds[] = {&kEnableMissing, &kNotReadyToEnable, &kNotReady, &kError, &kStandsStill};

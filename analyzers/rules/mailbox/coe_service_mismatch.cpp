@@ -32,8 +32,7 @@ constexpr FindingKind kHeaderBits{
 {number}, which only PDO services have.][ Its reserved bits 9 to 11 have the value {reserved}.])",
     .next =
         "Correct the [{?from_master}master][{!from_master}slave]: [{?number}bits 0 to 11 of the CoE header are 0 in "
-        "this "
-        "message.][{!number}bits 9 to 11 of the CoE header are 0.]",
+        "this message.][{!number}bits 9 to 11 of the CoE header are 0.]",
     .identity = "coe_header"};
 
 constexpr const FindingKind* kKinds[] = {&kRequest, &kResponse, &kHeaderBits};

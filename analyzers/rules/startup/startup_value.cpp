@@ -9,8 +9,7 @@ constexpr FindingKind kValue{
     .name = "value",
     .title =
         "[{part_of} has {part} instead of {expected_part}][{!part}{name} [{?reads}reads][{!reads}is] {actual} instead "
-        "of "
-        "{expected}]",
+        "of {expected}]",
     .message = R"(The {step} in {sent_frame} [{?reads}reads][{!reads}sets] {actual}. Expected: {expected}.[ It was
 {outcome}.])",
     .next = "Correct the master's configuration, or save the expectation again.",
