@@ -476,6 +476,11 @@ bool NamesNoSlave(const RuleContext&, const Finding& effect) {
   return effect.kind != nullptr && effect.kind->name == "no-slave";
 }
 
+/// The slave whose time the others take does not answer.
+bool IsReferenceAway(const RuleContext&, const Finding& effect) {
+  return effect.kind != nullptr && effect.kind->name == "reference-away";
+}
+
 /// SYNC0 is off.
 bool MissesSync0(const RuleContext&, const Finding& effect) {
   constexpr std::array<std::string_view, 3> kOff{"sync-off", "sync-unseen", "sync-never-set"};
@@ -588,6 +593,9 @@ constexpr std::array kLaws{
     Law{"sm-mailbox-config", "bus-duplicate-address", kLater, nullptr, Bus::kNo, Precedes},
     Law{"al-unexpected-change", "wkc-mismatch", -1, NamesSynchronisationOrWatchdog, Bus::kNo, WasAway},
     Law{"al-error-standing", "bus-slave-count-changed", -1, nullptr, Bus::kYes},
+    Law{"sync-drift-uncompensated", "bus-slave-count-changed", kSoon, IsReferenceAway, Bus::kBoth},
+    Law{"sync-drift-uncompensated", "wkc-mismatch", kSoon, IsReferenceAway, Bus::kBoth},
+    Law{"sync-drift-uncompensated", "wkc-mismatch", kSoon, IsReferenceAway, Bus::kEffect},
     Law{"al-illegal-transition", "al-refused", kLater, nullptr, Bus::kNo, GoesOnFromRefusal},
     Law{"mailbox-error-reply", "mailbox-malformed", kLater, NamesMalformedMessage},
     Law{"mailbox-error-reply", "mailbox-malformed", -1, nullptr, Bus::kNo, IsItself},

@@ -91,7 +91,9 @@ std::string Others(const Story& story, std::size_t slaves, bool left) {
   const AnalysisResult result = Analyse(source, {});
   std::string text;
   for (const Finding& f : result.findings) {
-    const bool own = left && (f.rule == "bus-slave-count-changed" || f.rule == "wkc-mismatch");
+    // The others take the time of the master for that of the first one while it is away.
+    const bool of_clock = f.rule == "sync-drift-uncompensated" && f.caused_by != kNoFinding;
+    const bool own = left && (f.rule == "bus-slave-count-changed" || f.rule == "wkc-mismatch" || of_clock);
     if (f.severity == Severity::kInfo || own) continue;
     text += "\n  " + std::string(f.rule) + " slave " + std::to_string(f.slave) + " in frame " +
             std::to_string(f.first.number) + ": " + report::TitleOf(f);
