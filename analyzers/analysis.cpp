@@ -106,7 +106,7 @@ AnalysisResult AnalyseAll(capture::FrameSource& source, const AnalysisOptions& o
   AddParameterNotes(context, store);
   AddDiagnosisNotes(context, store);
   AddMappingTables(context, mappings, store);
-  if (MissesPackets(context.pairing())) WeakenWhatHistoryMayExplain(store, rules);
+  WeakenWhatHistoryMayExplain(store, rules, context.pairing());
   const std::size_t slaves = ForgetReplaced(context, store);
   result.coverage = CoverageOf(context, result);
   for (SlaveSummary& slave : result.slaves) {

@@ -18,12 +18,23 @@
 
 namespace ecaudit {
 
-/// From about one packet in sixty on. With fewer, both copies of one frame are hardly ever missing. A recorder leaves
-/// out as many of one direction as of the other: as many of the frames that seem to be lost are counted, too.
-[[nodiscard]] inline bool MissesPackets(const bus::PairingStatistics& pairing) {
+/// True when it misses at least one packet in `one_in`. A recorder leaves out as many of one direction as of the other:
+/// as many of the frames that seem to be lost are counted, too.
+[[nodiscard]] inline bool MissesOneIn(std::uint64_t one_in, const bus::PairingStatistics& pairing) {
   const std::uint64_t missed = pairing.missed_outbound + pairing.gaps;
-  const std::uint64_t seemingly_lost = std::min(pairing.lost, pairing.missed_outbound);
-  return missed > 2 && (missed + seemingly_lost) * 60 >= pairing.outbound + pairing.returned;
+  const std::uint64_t without_return = pairing.lost + pairing.of(bus::Undecided::kRecorder);
+  const std::uint64_t seemingly_lost = std::min(without_return, pairing.missed_outbound);
+  return missed > 2 && (missed + seemingly_lost) * one_in >= pairing.outbound + pairing.returned;
+}
+
+/// With fewer, both copies of one frame are hardly ever missing.
+[[nodiscard]] inline bool MissesPackets(const bus::PairingStatistics& pairing) {
+  return MissesOneIn(60, pairing);
+}
+
+/// With fewer, one of 100 frames is missing with both of its copies: a setting that lasts is seen all the same.
+[[nodiscard]] inline bool MissesMany(const bus::PairingStatistics& pairing) {
+  return MissesOneIn(10, pairing);
 }
 
 /// True when it misses at least one.
@@ -36,8 +47,10 @@ namespace ecaudit {
   return pairing.lost > 0;
 }
 
-/// Takes what such a capture may only seem to show for what it is: an assumption.
-void WeakenWhatHistoryMayExplain(FindingStore& store, const std::vector<std::unique_ptr<Rule>>& rules);
+/// Takes what such a capture may only seem to show for what it is: an assumption. It is an info if its rule needs the
+/// whole history, or if the capture misses many packets.
+void WeakenWhatHistoryMayExplain(FindingStore& store, const std::vector<std::unique_ptr<Rule>>& rules,
+                                 const bus::PairingStatistics& pairing);
 
 /// Cycles without process data that no drive's supervision lets pass.
 inline constexpr std::uint64_t kHoleCycles = 64;

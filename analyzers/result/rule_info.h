@@ -35,12 +35,18 @@ enum class Subject : std::uint8_t {
   kExpectation     ///< a start-up for which an expectation is given
 };
 
+/// How much of what came before its frames a finding rests on, and so what packets that the capture misses may explain.
+enum class History : std::uint8_t {
+  kNone,    ///< nothing: what it finds stands in the frames that it cites
+  kMostly,  ///< settings and states, which a master repeats or reads again
+  kWhole    ///< an order or a sequence, which one missing packet makes another one
+};
+
 struct RuleInfo {
   std::string_view id;     ///< the name in the catalogue; never reused
   std::string_view group;  ///< "AL state machine", as the catalogue's headings
   Severity severity;       ///< default; where a rule has two, the higher
-  /// What it finds stands in the frames that it cites: packets that the capture misses do not explain it.
-  bool needs_no_history = false;
+  History history = History::kMostly;
   /// It compares with what only the manual of the family states: an unknown device is not evaluable.
   bool of_family = false;
   Subject subject = Subject::kOfChapter;

@@ -27,6 +27,7 @@ constexpr std::string_view kAfter[] = {"al-invalid-request"};
 constexpr RuleInfo kInfo{.id = "al-accepted-illegal",
                          .group = "AL state machine",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .subject = Subject::kAlRequest,
                          .title = "The slave performs a transition that its manual does not allow",
                          .needs = "the AL state before and after the request",

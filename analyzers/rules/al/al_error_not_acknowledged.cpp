@@ -22,6 +22,7 @@ constexpr const FindingKind* kKinds[] = {&kNotAcknowledged};
 constexpr RuleInfo kInfo{.id = "al-error-not-acknowledged",
                          .group = "AL state machine",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .subject = Subject::kAlRequest,
                          .title = "The master requests a state without acknowledging the error bit",
                          .needs = "AL Status with the error bit before the request",

@@ -39,6 +39,7 @@ constexpr std::string_view kAfter[] = {"al-error-standing"};
 constexpr RuleInfo kInfo{.id = "al-illegal-transition",
                          .group = "AL state machine",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .subject = Subject::kAlRequest,
                          .title = "The master requests a state that its slave cannot enter from its state",
                          .needs = "the AL state of the slave before the request",

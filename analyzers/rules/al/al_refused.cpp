@@ -97,7 +97,7 @@ constexpr RuleInfo kInfo{
     .id = "al-refused",
     .group = "AL state machine",
     .severity = Severity::kError,
-    .needs_no_history = true,
+    .history = History::kNone,
     .subject = Subject::kAlRequest,
     .title = "The slave answers a state request with the error bit",
     .needs = "AL Status after the request; the state before it, to separate the error from an older one",

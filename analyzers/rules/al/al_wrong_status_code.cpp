@@ -57,6 +57,7 @@ constexpr std::string_view kAfter[] = {"al-refused", "al-unexpected-change"};
 constexpr RuleInfo kInfo{.id = "al-wrong-status-code",
                          .group = "AL state machine",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .title = "The AL status code is documented, but not for this transition",
                          .needs = "the AL status code and the transition it refuses",
                          .source = "ETG1000.6, AL Status Code register 0x0134",

@@ -24,6 +24,7 @@ constexpr const FindingKind* kKinds[] = {&kShared};
 constexpr RuleInfo kInfo{.id = "bus-duplicate-address",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .title = "Two slaves have the same configured station address",
                          .needs = "position-addressed accesses to register 0x0010",
                          .source = "ETG1000.4, configured station address register 0x0010",

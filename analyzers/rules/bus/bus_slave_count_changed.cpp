@@ -56,6 +56,7 @@ constexpr Word kNumberOfSlaves{"number-of-slaves", "the number of slaves"};
 constexpr RuleInfo kInfo{.id = "bus-slave-count-changed",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .title = "The number of slaves changes while the bus is in use",
                          .needs = "returned broadcasts or position-addressed datagrams",
                          .source = "ETG1000.4, auto-increment and broadcast addressing",

@@ -29,6 +29,7 @@ constexpr Word kCapabilities{"lldp-capabilities", "the system capabilities of a 
 constexpr RuleInfo kInfo{.id = "bus-switch",
                          .group = "Frame and bus",
                          .severity = Severity::kInfo,
+                         .history = History::kWhole,
                          .subject = Subject::kOtherPackets,
                          .title = "A switch is connected to the bus",
                          .needs = "packets of other protocols on the interface of the bus",

@@ -71,6 +71,7 @@ constexpr Word kNoAcknowledge{"no-acknowledge", "no acknowledge or invalid comma
 constexpr RuleInfo kInfo{.id = "eeprom-written",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .subject = Subject::kSlave,
                          .title = "EEPROM words of a slave were written",
                          .needs = "the EEPROM interface 0x0500 to 0x050F of the slave",

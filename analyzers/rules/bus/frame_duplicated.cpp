@@ -38,6 +38,7 @@ constexpr const FindingKind* kKinds[] = {&kTwiceReturned, &kPacketsTwice, &kRetu
 constexpr RuleInfo kInfo{.id = "frame-duplicated",
                          .group = "Frame and bus",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .title = "A frame returned twice, or circulates",
                          .needs = "outbound and returned frames",
                          .source = "ESC-1, circulating frames",

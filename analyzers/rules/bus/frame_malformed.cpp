@@ -62,7 +62,7 @@ const Word& WordOf(wire::FrameProblem problem) {
 constexpr RuleInfo kInfo{.id = "frame-malformed",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
-                         .needs_no_history = true,
+                         .history = History::kNone,
                          .title = "EtherCAT length, more flag or command contradict the bytes of the frame",
                          .needs = "nothing",
                          .source = "ETG1000.4, frame and datagram header",

@@ -25,6 +25,7 @@ constexpr Word kLateReturn{"late-return", "a late return"};
 constexpr RuleInfo kInfo{.id = "frame-reordered",
                          .group = "Frame and bus",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .title = "Frames are captured in another order than they were sent",
                          .needs = "outbound and returned frames",
                          .source = "ESC-1, frame processing",

@@ -44,6 +44,7 @@ constexpr const FindingKind* kKinds[] = {&kRepeated};
 constexpr RuleInfo kInfo{.id = "identity-repeated",
                          .group = "Frame and bus",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .subject = Subject::kEeprom,
                          .title = "The master reads the identity of a slave again and again, and requests no state",
                          .needs = "the identity in the EEPROM (words 0x0008 to 0x000B), read in the capture",

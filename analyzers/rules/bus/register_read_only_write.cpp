@@ -41,7 +41,7 @@ constexpr Word kRight{"register-right", "the access right of a register that was
 constexpr RuleInfo kInfo{.id = "register-read-only-write",
                          .group = "Frame and bus",
                          .severity = Severity::kError,
-                         .needs_no_history = true,
+                         .history = History::kNone,
                          .subject = Subject::kSlave,
                          .title = "The master writes a register that is read-only for EtherCAT",
                          .needs = "the register table of the family's manual",

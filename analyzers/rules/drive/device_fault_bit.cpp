@@ -71,7 +71,7 @@ constexpr Word kBits{"fault-bits", "the object whose bits show faults of the dev
 constexpr RuleInfo kInfo{.id = "device-fault-bit",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kError,
-                         .needs_no_history = true,
+                         .history = History::kNone,
                          .subject = Subject::kFaultBits,
                          .title = "A bit of an object shows a fault or a warning of the device",
                          .needs = "an object whose bits show faults by the manual, in the inputs or read by SDO",

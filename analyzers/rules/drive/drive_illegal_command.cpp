@@ -26,6 +26,7 @@ constexpr Word kOneControlWord{"one-control-word", "a control word (6040h) that 
 constexpr RuleInfo kInfo{.id = "drive-illegal-command",
                          .group = "Drive profile (DS402)",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .title = "The control word commands a transition that the drive's state does not offer",
                          .needs = "control word 6040h and status word 6041h, in the process data or by SDO",
                          .source = "CIA402, state machine; AKD-2011, 4.4.2; MKD, 4.4.2; PILZ, 4.4.2",

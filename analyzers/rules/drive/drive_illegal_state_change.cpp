@@ -49,6 +49,7 @@ constexpr RuleInfo kInfo{
     .id = "drive-illegal-state-change",
     .group = "Drive profile (DS402)",
     .severity = Severity::kError,
+    .history = History::kWhole,
     .title = "The drive changes its state without a command that leads there",
     .needs = "two status words 6041h, and every control word 6040h since one second before the first of them",
     .source = "CIA402, state machine; AKD-2011, 4.4; MKD, 4.4; PILZ, 4.4",

@@ -36,7 +36,7 @@ constexpr RuleInfo kInfo{
     .id = "drive-unsupported-mode",
     .group = "Drive profile (DS402)",
     .severity = Severity::kError,
-    .needs_no_history = true,
+    .history = History::kNone,
     .of_family = true,
     .title = "A mode of operation is selected that is not in the family's list",
     .needs = "modes of operation 6060h, in the process data or by SDO; a family whose manual lists its modes",

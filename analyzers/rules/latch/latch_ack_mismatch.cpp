@@ -20,6 +20,7 @@ constexpr const FindingKind* kKinds[] = {&kNotAcknowledged};
 constexpr RuleInfo kInfo{.id = "latch-ack-mismatch",
                          .group = "Latch",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .title = "The drive does not acknowledge the read selector in time",
                          .needs = "latch control and status words with time stamps",
                          .source = "AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9",

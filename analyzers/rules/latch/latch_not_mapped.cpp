@@ -32,6 +32,7 @@ constexpr RuleInfo kInfo{
     .id = "latch-not-mapped",
     .group = "Latch",
     .severity = Severity::kError,
+    .history = History::kWhole,
     .title = "The latched position is neither mapped nor read",
     .needs = "latch words; the contents of the inputs; the object with the position, from the manual",
     .source = "AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9",

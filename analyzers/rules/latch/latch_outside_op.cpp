@@ -18,6 +18,7 @@ constexpr const FindingKind* kKinds[] = {&kUsedOutsideOp};
 constexpr RuleInfo kInfo{.id = "latch-outside-op",
                          .group = "Latch",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .title = "The master uses the latch while the slave is not in OP",
                          .needs = "the AL state of the slave and two latch control words",
                          .source = "AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9",

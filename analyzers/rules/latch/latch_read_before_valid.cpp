@@ -19,6 +19,7 @@ constexpr const FindingKind* kKinds[] = {&kNotValid};
 constexpr RuleInfo kInfo{.id = "latch-read-before-valid",
                          .group = "Latch",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .title = "The master requests a latched position before its valid bit is set",
                          .needs = "the latch control word and the status word before it",
                          .source = "AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9",

@@ -18,6 +18,7 @@ constexpr const FindingKind* kKinds[] = {&kNotRearmed};
 constexpr RuleInfo kInfo{.id = "latch-rearm-without-edge",
                          .group = "Latch",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .title = "The master reads a latch again without re-arming it",
                          .needs = "latch control and status words",
                          .source = "AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9",

@@ -39,6 +39,7 @@ constexpr const FindingKind* kKinds[] = {&kReserved, &kUnarmed, &kUnselected};
 constexpr RuleInfo kInfo{.id = "latch-status-bits",
                          .group = "Latch",
                          .severity = Severity::kInfo,
+                         .history = History::kWhole,
                          .title = "The latch status word shows what the master never asked for",
                          .needs = "latch control and status words",
                          .source = "AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9",

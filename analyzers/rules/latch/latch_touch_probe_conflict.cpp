@@ -18,6 +18,7 @@ constexpr const FindingKind* kKinds[] = {&kEnabledTogether};
 constexpr RuleInfo kInfo{.id = "latch-touch-probe-conflict",
                          .group = "Latch",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .title = "Latch and touch probe use the same capture unit at the same time",
                          .needs = "the latch control word and the touch probe function 60B8h",
                          .source = "AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9",

@@ -26,6 +26,7 @@ constexpr std::string_view kAfter[] = {"latch-not-mapped"};
 constexpr RuleInfo kInfo{.id = "latch-value-lost",
                          .group = "Latch",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .title = "The master disarms a latch before it reads the position",
                          .needs = "latch control and status words; the contents of the inputs",
                          .source = "AKD-2010, 4.11; AKD-2011, 4.11; MKD, 4.12; PILZ, 4.9",

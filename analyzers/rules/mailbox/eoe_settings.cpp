@@ -43,7 +43,7 @@ constexpr Word kBoth{"ip-address-and-subnet-mask", "IP address and subnet mask"}
 constexpr RuleInfo kInfo{.id = "eoe-settings",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
-                         .needs_no_history = true,
+                         .history = History::kNone,
                          .subject = Subject::kEoe,
                          .title = "The IP settings for EoE are refused or incomplete",
                          .needs = "EoE messages that set the IP address, and their answers",

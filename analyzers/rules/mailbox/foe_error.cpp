@@ -79,7 +79,7 @@ constexpr Word kFindInManual{"find-in-manual", "Find the code in the manual of t
 constexpr RuleInfo kInfo{.id = "foe-error",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
-                         .needs_no_history = true,
+                         .history = History::kNone,
                          .title = "A file transfer fails, never ends, or comes in a wrong AL state",
                          .needs = "the FoE messages of both directions",
                          .source = "ETG1000.6, file access over EtherCAT; MKD, 3.7.4",

@@ -37,6 +37,7 @@ constexpr const FindingKind* kKinds[] = {&kRepeated, &kSkipped};
 constexpr RuleInfo kInfo{.id = "mailbox-counter",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .title = "The mailbox counter does not advance through 1 to 7",
                          .needs = "two messages in the same direction without a capture gap between them",
                          .source = "ETG1000.4, mailbox; ESC-1, mailbox",

@@ -64,7 +64,7 @@ constexpr Word kMailboxSettings{"mailbox-settings", "the settings of sync manage
 constexpr RuleInfo kInfo{.id = "mailbox-malformed",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
-                         .needs_no_history = true,
+                         .history = History::kNone,
                          .title = "Lengths or fields of a mailbox message are inconsistent",
                          .needs = "the settings of sync managers 0 and 1",
                          .source = "ETG1000.4, mailbox; ETG1000.6, CoE",

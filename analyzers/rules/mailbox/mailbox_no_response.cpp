@@ -146,6 +146,7 @@ constexpr std::string_view kAfter[] = {"frame-lost"};
 constexpr RuleInfo kInfo{.id = "mailbox-no-response",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .title = "A mailbox request gets no response",
                          .needs = "both directions, time stamps, and a master that polls for the response",
                          .source = "ETG1000.4, mailbox; ESC-1, mailbox",

@@ -38,6 +38,7 @@ constexpr std::string_view kAfter[] = {"al-refused"};
 constexpr RuleInfo kInfo{.id = "mailbox-not-active",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .title = "A mailbox message is written while the mailbox is not active",
                          .needs = "the AL state of the slave, or the settings of sync manager 0",
                          .source = "ETG1000.6, EtherCAT state machine",

@@ -43,6 +43,7 @@ constexpr std::string_view kAfter[] = {"sdo-incomplete", "frame-lost"};
 constexpr RuleInfo kInfo{.id = "mailbox-overrun",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .title = "A request is written while the one before is still in the mailbox",
                          .needs = "the working counter of the write, and the request before",
                          .source = "ESC-1, mailbox",

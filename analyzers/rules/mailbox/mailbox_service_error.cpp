@@ -41,7 +41,7 @@ constexpr Word kWrite{"write", "write"};
 constexpr RuleInfo kInfo{.id = "mailbox-service-error",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
-                         .needs_no_history = true,
+                         .history = History::kNone,
                          .title = "The slave answers an SoE or AoE request with an error",
                          .needs = "the SoE and AoE messages of the slave",
                          .source = "ETG1000.6, SoE services; ETG1020, AoE",

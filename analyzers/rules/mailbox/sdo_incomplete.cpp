@@ -46,6 +46,7 @@ constexpr std::string_view kAfter[] = {"mailbox-no-response"};
 constexpr RuleInfo kInfo{.id = "sdo-incomplete",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .subject = Subject::kCoe,
                          .title = "A segmented SDO transfer does not finish, or not with its size",
                          .needs = "the initiate of the transfer and its answer",

@@ -36,6 +36,7 @@ constexpr std::string_view kAfter[] = {"sdo-abort"};
 constexpr RuleInfo kInfo{.id = "sdo-toggle",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .subject = Subject::kCoe,
                          .title = "The toggle bit of an SDO segment is wrong",
                          .needs = "the segments of the transfer, without a capture gap",

@@ -64,6 +64,7 @@ constexpr std::string_view kAfter[] = {"sdo-incomplete"};
 constexpr RuleInfo kInfo{.id = "sdo-unexpected-response",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .subject = Subject::kCoe,
                          .title = "An SDO response does not match the outstanding request",
                          .needs = "the request before the response",

@@ -54,6 +54,7 @@ constexpr std::string_view kAfter[] = {"sdo-write-read-only"};
 constexpr RuleInfo kInfo{.id = "sdo-wrong-size",
                          .group = "Mailbox and CoE",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .subject = Subject::kCoe,
                          .title = "A download has another size than the object",
                          .needs = "the object's type in the dictionary of the family or of the standard",

@@ -26,6 +26,7 @@ constexpr std::string_view kAfter[] = {"al-invalid-request"};
 constexpr RuleInfo kInfo{.id = "pdo-assign-order",
                          .group = "PDO mapping",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .subject = Subject::kMappingWrites,
                          .title = "A PDO entry is written while subindex 0 is not zero",
                          .needs = "the last value of subindex 0, from a transfer in the capture",

@@ -31,6 +31,7 @@ constexpr std::string_view kAfter[] = {"pdo-assign-order"};
 constexpr RuleInfo kInfo{.id = "pdo-not-kept",
                          .group = "PDO mapping",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .subject = Subject::kMappingWrites,
                          .title = "The slave confirms a PDO assignment or mapping, but does not keep it",
                          .needs = "a download that the slave confirmed, and a later upload of the same entry",

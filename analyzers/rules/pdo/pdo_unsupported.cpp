@@ -44,7 +44,7 @@ constexpr RuleInfo kInfo{
     .id = "pdo-unsupported",
     .group = "PDO mapping",
     .severity = Severity::kError,
-    .needs_no_history = true,
+    .history = History::kNone,
     .subject = Subject::kMappingWrites,
     .title = "A PDO is assigned that the drive does not have",
     .needs = "a complete list of the PDOs that may be assigned: the manual of the family, or an ESI file",

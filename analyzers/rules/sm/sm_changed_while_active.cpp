@@ -49,6 +49,7 @@ constexpr std::string_view kAfter[] = {"pdo-length-mismatch"};
 constexpr RuleInfo kInfo{.id = "sm-changed-while-active",
                          .group = "Sync managers and FMMUs",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .subject = Subject::kSlave,
                          .title = "A sync manager is changed in a state that uses it",
                          .needs = "the settings before and after, and the AL state of the slave",

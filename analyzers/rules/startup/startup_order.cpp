@@ -28,6 +28,7 @@ constexpr const FindingKind* kKinds[] = {&kSlaveMoved, &kStepMoved};
 constexpr RuleInfo kInfo{.id = "startup-order",
                          .group = "Start-up",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .title = "Steps happen in another order than expected",
                          .needs = "an expectation (startup --expect), and a capture that begins before PREOP",
                          .source = "ETG2100, init commands",

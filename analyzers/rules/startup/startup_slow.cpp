@@ -14,6 +14,7 @@ constexpr const FindingKind* kKinds[] = {&kSlow};
 constexpr RuleInfo kInfo{.id = "startup-slow",
                          .group = "Start-up",
                          .severity = Severity::kWarning,
+                         .history = History::kWhole,
                          .title = "A phase takes longer than its limit",
                          .needs = "an expectation with \"limit_ms\" for the phase, and time stamps",
                          .source = "ETG2100, init commands",

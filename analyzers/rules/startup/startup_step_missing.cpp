@@ -45,6 +45,7 @@ constexpr Word kNotSent{"not sent", "not sent"}, kDone{"done", "done"};
 constexpr RuleInfo kInfo{.id = "startup-step-missing",
                          .group = "Start-up",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .title = "A step of the expected start-up does not happen",
                          .needs = "an expectation (startup --expect), and a capture that begins before PREOP",
                          .source = "ETG2100, init commands",

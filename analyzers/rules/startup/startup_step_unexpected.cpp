@@ -26,6 +26,7 @@ constexpr Word kNothing{"nothing", "nothing"};
 constexpr RuleInfo kInfo{.id = "startup-step-unexpected",
                          .group = "Start-up",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .title = "A step happens that a strict expectation does not list",
                          .needs = "an expectation with \"strict\": true",
                          .source = "ETG2100, init commands",

@@ -28,6 +28,7 @@ constexpr const FindingKind* kKinds[] = {&kValue, &kRevision};
 constexpr RuleInfo kInfo{.id = "startup-value",
                          .group = "Start-up",
                          .severity = Severity::kError,
+                         .history = History::kWhole,
                          .title = "A step writes another value than expected",
                          .needs = "an expectation (startup --expect) that gives the value",
                          .source = "ETG2100, init commands",

@@ -60,6 +60,7 @@ constexpr RuleInfo kInfo{
     .id = "sync-lost",
     .group = "Synchronisation",
     .severity = Severity::kError,
+    .history = History::kWhole,
     .of_family = true,
     .subject = Subject::kTiming,
     .title = "By its manual the drive must have lost synchronisation",

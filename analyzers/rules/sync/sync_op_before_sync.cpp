@@ -36,6 +36,7 @@ constexpr RuleInfo kInfo{
     .id = "sync-op-before-sync",
     .group = "Synchronisation",
     .severity = Severity::kError,
+    .history = History::kWhole,
     .subject = Subject::kAlRequest,
     .title = "OP requested before the drive was synchronised",
     .needs = "a family whose manual makes synchronisation a condition of OP; AL Status and AL status code",

@@ -127,6 +127,7 @@ constexpr RuleInfo kInfo{
     .id = "sync-watchdog-margin",
     .group = "Synchronisation",
     .severity = Severity::kError,
+    .history = History::kWhole,
     .subject = Subject::kTiming,
     .title = "Process data pause for half the sync manager watchdog or longer",
     .needs = "FMMUs and AL state of the slave; a clock: DC time in the frames, or good time stamps",
