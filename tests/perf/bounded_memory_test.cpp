@@ -146,7 +146,7 @@ TEST(BoundedMemory, SlavesAtAllStationAddresses) {
         sent.push_back(Of(Cmd::FPRD, static_cast<std::uint16_t>(n * 2 + 1), 0x0130, {0, 0}));
         returned.push_back(Answered(sent[0], {8, 0}, 1));
       },
-      34 * kMiB);  // 2,048 models; no bus has as many slaves
+      36 * kMiB);  // 2,048 models, of 17 KiB each; no bus has as many slaves
 }
 
 TEST(BoundedMemory, RegistersOfSlavesAtAllStationAddresses) {
