@@ -18,6 +18,13 @@
 
 namespace ecaudit {
 
+/// From one missing packet in this number on, what rests on an order of frames is an assumption: with fewer, both
+/// copies of one frame are hardly ever missing ...
+inline constexpr std::uint64_t kMissesOneIn = 60;
+/// ... and in this number on, what rests on a setting or a state as well: with fewer, less than one frame in 100 is
+/// missing with both of its copies, and a setting that lasts is seen all the same.
+inline constexpr std::uint64_t kMissesManyOneIn = 10;
+
 /// True when it misses at least one packet in `one_in`. A recorder leaves out as many of one direction as of the other:
 /// as many of the frames that seem to be lost are counted, too.
 [[nodiscard]] inline bool MissesOneIn(std::uint64_t one_in, const bus::PairingStatistics& pairing) {
@@ -27,14 +34,12 @@ namespace ecaudit {
   return missed > 2 && (missed + seemingly_lost) * one_in >= pairing.outbound + pairing.returned;
 }
 
-/// With fewer, both copies of one frame are hardly ever missing.
 [[nodiscard]] inline bool MissesPackets(const bus::PairingStatistics& pairing) {
-  return MissesOneIn(60, pairing);
+  return MissesOneIn(kMissesOneIn, pairing);
 }
 
-/// With fewer, one of 100 frames is missing with both of its copies: a setting that lasts is seen all the same.
 [[nodiscard]] inline bool MissesMany(const bus::PairingStatistics& pairing) {
-  return MissesOneIn(10, pairing);
+  return MissesOneIn(kMissesManyOneIn, pairing);
 }
 
 /// True when it misses at least one.

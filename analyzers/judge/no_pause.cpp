@@ -1,6 +1,5 @@
 #include "analyzers/judge/no_pause.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <utility>
 
@@ -19,7 +18,7 @@ constexpr std::uint64_t kEnoughFrames = 5;  // fewer show no rhythm
 constexpr Word kWatchdogNotRead{
     "watchdog-not-read",
     "No pause of the outputs explains this: read the watchdog of the slave (0x0400, 0x0420), which may be shorter than "
-    "100 ms"};
+    "its value after power-on"};
 constexpr Word kNoTrigger{
     "no-trigger",
     "No pause of the outputs explains this: set bit 6 in the control byte of SM2, so that the outputs restart the "

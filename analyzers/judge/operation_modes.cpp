@@ -1,6 +1,5 @@
 #include "analyzers/judge/operation_modes.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <utility>

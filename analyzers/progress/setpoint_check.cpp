@@ -333,8 +333,9 @@ void SetpointCheck::Limits(const AxisView& now, AxisRecords& out) {
     if (!value) return std::int64_t{0};
     return below ? Bounded(limit) - Bounded(*value) : Bounded(*value) - Bounded(limit);
   };
-  if (!outside || !outside_from_.target)
+  if (!outside || !outside_from_.target) {
     outside_from_ = {target, outside && beyond(actual) > 0 ? actual : std::nullopt};
+  }
   // An axis that rests at its end is some increments beyond it now and then. One that was outside before the target
   // asked for a motion may rest there.
   const bool stood = outside_from_.actual && target;

@@ -80,7 +80,7 @@ class SetpointCheck {
   Lasting outside_;
   struct Outside {
     std::optional<std::int64_t> target, actual;  ///< actual: it was outside as well
-  } outside_from_;                               ///< when the target got outside
+  } outside_from_;                               ///< the last target within the limits, or the first one known
   /// A large step of the target, and steps back in its next change.
   struct Returns {
     std::optional<std::int64_t> target;

@@ -9,6 +9,9 @@
 namespace ecaudit::esc {
 
 inline constexpr EscAddress kEscType = 0x0000;
+inline constexpr EscAddress kFmmuCount = 0x0004;         ///< how many the slave controller has
+inline constexpr EscAddress kSyncManagerCount = 0x0005;  ///< likewise
+inline constexpr EscAddress kRamSize = 0x0006;           ///< of the process RAM, KiB
 inline constexpr EscAddress kEscFeatures = 0x0008;
 inline constexpr EscAddress kStationAddress = 0x0010;
 inline constexpr EscAddress kStationAlias = 0x0012;

@@ -89,6 +89,8 @@ struct Outcome {
   std::vector<const Word*> right;
 
   [[nodiscard]] bool none() const { return reason == nullptr && possible == nullptr; }
+  /// The slave gives this reason, or may have it.
+  [[nodiscard]] bool Names(const Reason& why) const { return reason == &why.title || possible == &why.title; }
   [[nodiscard]] bool Has(const Word& word) const { return std::ranges::find(right, &word) != right.end(); }
 
   /// @param must  the slave has to refuse this; else this may be why it refused

@@ -4,6 +4,8 @@
 #include "analyzers/judge/refusal/checks.h"
 #include "analyzers/judge/refusal/evidence.h"
 #include "analyzers/model/sync_manager_demand.h"
+#include "decoder/esc/register_addresses.h"
+#include "decoder/esc/register_map.h"
 
 namespace ecaudit::refusal {
 namespace {
@@ -44,8 +46,7 @@ IgnoredVerdict VerdictOnWrite(const Case& of, const model::SetUpFacts::IgnoredWr
 
 /// How many the slave controller has; unset: not read.
 std::optional<std::uint8_t> ManagersOf(const Case& of) {
-  constexpr EscAddress kCount = 0x0005;
-  const auto count = of.state.registers.Value<std::uint8_t>(kCount, Certainty::kObserved);
+  const auto count = of.state.registers.Value<std::uint8_t>(esc::kSyncManagerCount, Certainty::kObserved);
   return count && *count != 0 ? count : std::nullopt;
 }
 
@@ -129,11 +130,10 @@ void CheckExists(const Case& of, Outcome& found) {
 }
 
 void CheckRam(const Case& of, Outcome& found) {
-  constexpr EscAddress kRamSize = 0x0006;
-  constexpr std::uint32_t kRamBegin = 0x1000, kKiB = 1024;
-  const auto ram = of.state.registers.Value<std::uint8_t>(kRamSize, Certainty::kObserved);
+  constexpr std::uint32_t kKiB = 1024;
+  const auto ram = of.state.registers.Value<std::uint8_t>(esc::kRamSize, Certainty::kObserved);
   if (!ram || *ram == 0 || !of.requested()) return;
-  const std::uint32_t ram_end = kRamBegin + *ram * kKiB;
+  const std::uint32_t ram_end = esc::kProcessRam + *ram * kKiB;
   for (std::size_t n = 0; n <= kInputs; ++n) {
     const auto set = of.manager(n);
     if (!set || !set->enabled() || set->length == 0 || !of.Counts(of.manager_changed(n))) continue;

@@ -67,7 +67,7 @@ void CheckClock(const Case& of, Outcome& found) {
 }
 
 void CheckSyncActive(const Case& of, Outcome& found) {
-  if (found.reason == &kNoClock.title || found.possible == &kNoClock.title) return;
+  if (found.Names(kNoClock)) return;
   switch (const PulseVerdict verdict = VerdictOnPulses(of); verdict) {
     case PulseVerdict::kMayBeUnset:
       return found.May(kSyncUnseen, {{"since", arg::Frame(of.state.set_up_since)}});

@@ -5,21 +5,15 @@
 
 #include "analyzers/judge/wkc/kinds.h"
 #include "analyzers/judge/wkc/thresholds.h"
+#include "decoder/esc/register_map.h"
 #include "decoder/mailbox/header.h"
 
 namespace ecaudit::wkc {
 namespace {
 
-constexpr EscAddress kRegistersEnd = 0x1000;  // process data and mailboxes follow
-
-/// A mailbox message to this address. Process data of another master, which may stand there as well, do not look so.
+/// A message to a mailbox. Process data of another master, which may stand there as well, do not look so.
 bool IsMailboxMessage(const track::Answered& answer) {
-  constexpr std::size_t kShortest = 16;  // a mailbox is written as a whole, and is longer than most process data
-  if (answer.address < kRegistersEnd || answer.sent_data.size() < kShortest) return false;
-  const mailbox::Header header = mailbox::ParseHeader(answer.sent_data);
-  const bool fits = header.length > 0 && header.length + mailbox::kHeaderBytes <= answer.sent_data.size();
-  return fits && mailbox::IsDefined(header.protocol) && header.protocol != mailbox::Protocol::kError &&
-         header.channel == 0 && !header.reserved_bit;
+  return answer.address >= esc::kProcessRam && mailbox::LooksLikeMessage(answer.sent_data, mailbox::Direction::kOut);
 }
 
 bool IsConfigured(wire::Command command) {
@@ -39,7 +33,7 @@ void MissingSlaves::On(const track::Answered& answer) {
     return;
   }
   const bool writes = answer.command == wire::Command::FPWR && assigned_ && answer.returned.seen();
-  const bool other_register = answer.address > kLastOfEveryEsc && answer.address < kRegistersEnd;
+  const bool other_register = answer.address > kLastOfEveryEsc && answer.address < esc::kProcessRam;
   if (writes && answer.slave == kNoSlave && (other_register || IsMailboxMessage(answer))) {
     stations_.Add(answer.adp, answer);
   }
@@ -97,7 +91,7 @@ void MissingSlaves::AddStation(StationAddress station, const UnansweredAddresses
       .Set("assigned", arg::Flag(assigned_));
   if (writes) {
     finding.Set("written_register", arg::Hex(accesses.written))
-        .Set("mailbox", arg::Flag(accesses.written >= kRegistersEnd));
+        .Set("mailbox", arg::Flag(accesses.written >= esc::kProcessRam));
   }
   const Severity severity = assigned_ && !looks ? Severity::kError : Severity::kWarning;
   reports.push_back({0x2000000000000000ULL | station, severity, finding});

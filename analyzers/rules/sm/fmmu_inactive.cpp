@@ -320,13 +320,12 @@ class FmmuInactive final : public Rule {
 
   /// A write to an FMMU that the slave controller does not have.
   void NoteRefused(const track::SlaveAccess& e) {
-    constexpr EscAddress kFmmuCount = 0x0004;
     if (e.address < esc::kFmmuBase || e.address >= esc::FmmuAddress(esc::kMaxFmmus) || e.broadcast) return;
     const auto fmmu = esc::Fmmu::Decode(e.written);
     const auto number = static_cast<std::uint8_t>((e.address - esc::kFmmuBase) / esc::kFmmuBytes);
     if (!fmmu || !fmmu->active() || e.address != esc::FmmuAddress(number)) return;
     const auto count =
-        context().network().state(e.slave).registers.Value<std::uint8_t>(kFmmuCount, Certainty::kObserved);
+        context().network().state(e.slave).registers.Value<std::uint8_t>(esc::kFmmuCount, Certainty::kObserved);
     if (!count || *count == 0 || number < *count) return;
     no_such_[e.slave] = {e.frame().number, number, *count, *fmmu};
   }

@@ -142,13 +142,12 @@ class SyncNotActivated final : public Rule {
  private:
   /// SAFEOP or OP without the clock that the master wants to use.
   bool ReportNoClock(const model::AlAnswered& e) {
-    constexpr std::uint16_t kClock = 0x0004;  // of 0x0008
     const auto wanted = refused_writes_.find(e.slave);
     if (wanted == refused_writes_.end()) return false;
     if (e.request.control.state() < static_cast<std::uint8_t>(esc::AlState::SAFEOP)) return false;
     const esc::RegisterImage& registers = context().network().state(e.slave).registers;
-    const auto features = registers.Value<std::uint16_t>(esc::kEscFeatures, Certainty::kObserved);
-    if (!features || (*features & kClock) != 0) return false;
+    const auto features = registers.Value<std::uint8_t>(esc::kEscFeatures, Certainty::kObserved);
+    if (!features || esc::HasClock(*features)) return false;
     const bool refused = e.outcome == model::AlAnswered::Outcome::kRefused;
     if (refused && !esc::SpeaksOfSynchronisation(e.code.value_or(0))) return false;
     FindingIndex index = Repeat(e.slave, 2, e.frame);

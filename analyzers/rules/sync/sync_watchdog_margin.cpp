@@ -427,8 +427,9 @@ class SyncWatchdogMargin final : public Rule {
     if (IsUsual(e, watchdog)) {
       // Nothing paused, and half the watchdog is for what does.
       if (e.nominal_ns + e.nominal_ns / kAboutHalf < watchdog.ns / 2) return;
-      if (*e.uncertainty_ns >= e.nominal_ns)
+      if (*e.uncertainty_ns >= e.nominal_ns) {
         return NotEvaluable(e.slave, ReasonCode::kStampsTooCoarse, what::kProcessDataTiming, e.after.number);
+      }
       index = ReportShort(e, watchdog, left_op);
     } else if (CanBeEvaluated(e, watchdog, left_op)) {
       index = ReportPause(e, watchdog, left_op);
