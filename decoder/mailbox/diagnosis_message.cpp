@@ -37,6 +37,17 @@ Parameter ParameterOf(std::uint16_t flags) {
   return {};
 }
 
+/// How many parameters fill the bytes exactly; 0: none do.
+std::size_t CountOf(ByteSpan bytes) {
+  std::size_t count = 0;
+  for (std::size_t at = 0; at < bytes.size(); ++count) {
+    const Parameter parameter = ParameterOf(LittleEndian<std::uint16_t>(bytes, at));
+    if (parameter.bytes == 0 || !Fits(bytes, at + 2, parameter.bytes)) return 0;
+    at += 2 + parameter.bytes;
+  }
+  return count;
+}
+
 void ParseParameters(ByteSpan bytes, std::size_t count, DiagnosisMessage& message) {
   std::size_t at = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -52,6 +63,10 @@ void ParseParameters(ByteSpan bytes, std::size_t count, DiagnosisMessage& messag
       return;
     }
     const ByteSpan value = bytes.subspan(at, parameter.bytes);
+    if (parameter.type == DataType::kOctetString && value.size() == EmergencyData{}.data.size() &&
+        !message.five_bytes) {
+      std::copy(value.begin(), value.end(), message.five_bytes.emplace().begin());
+    }
     const bool text = parameter.type == DataType::kVisibleString || parameter.type == DataType::kUnicodeString;
     const bool text_id = static_cast<Layout>(flags >> 12U) == Layout::kTextId;
     const std::string shown = Printable(FormatValue(parameter.type, value));
@@ -132,6 +147,15 @@ std::optional<std::uint16_t> DiagnosisMessage::emergency_code() const {
   return static_cast<std::uint16_t>(code >> 16U);
 }
 
+std::optional<EmergencyData> DiagnosisMessage::emergency() const {
+  const auto error_code = emergency_code();
+  if (!error_code || !five_bytes) return std::nullopt;
+  EmergencyData emergency;
+  emergency.error_code = *error_code;
+  emergency.data = *five_bytes;
+  return emergency;
+}
+
 DiagnosisMessage ParseDiagnosisMessage(ByteSpan bytes) {
   DiagnosisMessage message;
   message.too_short = bytes.size() < kDiagnosisHeaderBytes;
@@ -140,7 +164,10 @@ DiagnosisMessage ParseDiagnosisMessage(ByteSpan bytes) {
   message.flags = LittleEndian<std::uint16_t>(bytes, 4);
   message.text_id = LittleEndian<std::uint16_t>(bytes, 6);
   message.time_ns = LittleEndian<std::uint64_t>(bytes, 8);
-  ParseParameters(bytes.subspan(kDiagnosisHeaderBytes), message.flags >> 8U, message);
+  const ByteSpan parameters = bytes.subspan(kDiagnosisHeaderBytes);
+  const std::size_t counted = message.flags >> 8U;
+  // Some slaves leave the count at 0.
+  ParseParameters(parameters, counted != 0 ? counted : CountOf(parameters), message);
   return message;
 }
 

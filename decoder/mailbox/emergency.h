@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "decoder/base/bytes.h"
+#include "decoder/esc/register_map.h"
 
 namespace ecaudit::mailbox {
 
@@ -70,8 +71,11 @@ struct TransitionDiagnosis {
   diagnosis.aspect = static_cast<TransitionDiagnosis::Aspect>(emergency.data[0] & 0x03U);
   const auto low = static_cast<std::uint16_t>(emergency.data[1] | emergency.data[2] << 8U);
   const auto high = static_cast<std::uint16_t>(emergency.data[3] | emergency.data[4] << 8U);
-  if (diagnosis.aspect != TransitionDiagnosis::Aspect::kSettings && low <= high && high != 0) {
+  using Aspect = TransitionDiagnosis::Aspect;
+  if (diagnosis.aspect != Aspect::kSettings && low <= high && high != 0) {
     diagnosis.accepted = {low, high};
+    // Some makers number the aspects in another way: below the RAM there is no address that a slave could ask for.
+    if (diagnosis.aspect != Aspect::kLength && high < esc::kProcessRam) diagnosis.aspect = Aspect::kLength;
   }
   return diagnosis;
 }

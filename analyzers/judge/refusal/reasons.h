@@ -235,7 +235,8 @@ inline constexpr Reason kModulesUnset{
     "PREOP."};
 inline constexpr NoteKind kEmergency{
     "emergency-names-setting",
-    "The slave gives the reason in {emergency_frame} by emergency {error_code:number}: it rejects the {aspect} of "
+    "The slave gives the reason in {emergency_frame} by emergency {error_code:number}[ in {object}]: it rejects the "
+    "{aspect} of "
     "SM{sync_manager}[, which the master set to {actual}].[ It accepts {smallest}[ to {largest}].]"};
 inline constexpr NoteKind kChecked{"checked", "Checked and right: {checked}."};
 

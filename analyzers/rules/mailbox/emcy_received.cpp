@@ -20,6 +20,7 @@
 #include "decoder/base/text.h"
 #include "decoder/esc/al.h"
 #include "decoder/esc/sync_manager.h"
+#include "decoder/mailbox/diagnosis_message.h"
 #include "decoder/mailbox/emergency.h"
 #include "decoder/mailbox/events.h"
 #include "decoder/track/events.h"
@@ -126,7 +127,8 @@ faults and warnings: such an emergency is an error.
 
 0xA000 and 0xA001 report a state change that failed. Their manufacturer data name the sync manager and what the slave
 rejects of it: the address, the length, or the control and enable bytes. The refusal of the state has this as its reason
-if the settings show none, and if what the master set is not within what the slave accepts.
+if the settings show none, and if what the master set is not within what the slave accepts. A message of the diagnosis
+history (10F3h) with the same data counts as well.
 
 By the standard 0xA000 is PREOP to SAFEOP, 0xA001 is SAFEOP to OP. Some makers use 0xA001 for SAFEOP to PREOP. If the
 master requested other states in the capture, and not this one, the finding names a failed state change only.
@@ -191,7 +193,8 @@ class EmcyReceived final : public Rule {
     }
     finding.Set("error_register", arg::Hex(e.data.error_register, 2));
     if (transition) {
-      SetTransition(e, finding);
+      SetState(e.data.error_register, finding);
+      SetTransition(e.slave, e.data, finding.arguments);
     } else if (std::vector<Value> bits = BitsOf(e.data.error_register); !bits.empty()) {
       finding.Set("register_bits", arg::List(std::move(bits)));
     }
@@ -205,12 +208,15 @@ class EmcyReceived final : public Rule {
     if (known.code != nullptr) finding.reference = ReferenceTo(known.code->source);
     const bool names_setting = finding.arguments.Has("aspect");
     const FindingIndex index = Report(key, severity, std::move(finding));
-    if (names_setting && index != kNoFinding) transitions_.push_back(index);
+    if (names_setting && index != kNoFinding) {
+      transitions_.push_back({e.slave, e.frame.number, 0, context().store[index].arguments});
+    }
     Remember(e, index);
   }
 
   /// One chain: the request, the emergencies before its response, and what became of it.
   void On(const mailbox::SdoTransfer& t) {
+    ReadDiagnosis(t);
     if (!t.request.seen() || !t.last.seen()) return;
     FindingIndex first = kNoFinding;
     for (std::size_t i = 0; i < recent_.size(); ++i) {
@@ -239,7 +245,7 @@ class EmcyReceived final : public Rule {
     for (const Recent& abort : aborts_) {
       ExplainFindings(context(), "sdo-abort", abort.slave, abort.frame, abort.finding, Confidence::kInferred);
     }
-    for (const FindingIndex index : transitions_) ExplainRefusal(index);
+    for (const Rejection& rejection : transitions_) ExplainRefusal(rejection);
     (void)NotEvaluableWithoutReturns();
   }
 
@@ -255,22 +261,49 @@ class EmcyReceived final : public Rule {
     return !requested->second.contains(static_cast<std::uint8_t>(state));
   }
 
+  /// What the slave rejects, by an emergency or by a message of its diagnosis history.
+  struct Rejection {
+    SlaveId slave = kNoSlave;
+    FrameNo frame = 0;          ///< the frame that shows it to the master
+    std::uint8_t subindex = 0;  ///< of 10F3h; 0: it is an emergency
+    Arguments arguments;
+  };
+
+  /// A message of the diagnosis history with the data of such an emergency. It may be older than the refusal, so it
+  /// counts only if what the master set is still not what the slave accepts.
+  void ReadDiagnosis(const mailbox::SdoTransfer& t) {
+    if (t.complete_access || t.data_gap || t.outcome != mailbox::SdoOutcome::kCompleted || !t.last.seen()) return;
+    if (transitions_.size() >= kMostRejections || t.service != mailbox::SdoService::kUpload ||
+        !mailbox::IsDiagnosisMessage(t.index, t.subindex))
+      return;
+    const auto emergency = mailbox::ParseDiagnosisMessage(t.data).emergency();
+    if (!emergency || !IsFailedTransition(emergency->error_code)) return;
+    Rejection rejection{t.slave, t.last.number, t.subindex, {}};
+    rejection.arguments.Set("error_code", arg::Code(emergency->error_code));
+    SetTransition(t.slave, *emergency, rejection.arguments);
+    if (rejection.arguments.Has("actual") && rejection.arguments.Has("smallest")) {
+      transitions_.push_back(std::move(rejection));
+    }
+  }
+
   /// The error register is the state. 3 and 4 are SAFEOP and OP for some makers, BOOT and SAFEOP for others.
-  void SetTransition(const mailbox::Emergency& e, Finding& finding) const {
-    const std::uint8_t state = e.data.error_register;
+  static void SetState(std::uint8_t state, Finding& finding) {
     if (state == static_cast<std::uint8_t>(esc::AlState::INIT) ||
         state == static_cast<std::uint8_t>(esc::AlState::PREOP)) {
       finding.Set("register_state", arg::State(state));
     }
+  }
+
+  void SetTransition(SlaveId slave, const mailbox::EmergencyData& emergency, Arguments& arguments) const {
     using Aspect = mailbox::TransitionDiagnosis::Aspect;
-    const auto diagnosis = mailbox::ParseTransition(e.data);
+    const auto diagnosis = mailbox::ParseTransition(emergency);
     if (!diagnosis) return;
     const bool length = diagnosis->aspect == Aspect::kLength;
     const bool address = diagnosis->aspect == Aspect::kAddress || diagnosis->aspect == Aspect::kOddAddress;
     std::optional<std::uint16_t> actual;
     if (length || address) {
       const auto base = esc::SyncManagerAddress(diagnosis->sync_manager);
-      actual = context().network().state(e.slave).registers.Value<std::uint16_t>(
+      actual = context().network().state(slave).registers.Value<std::uint16_t>(
           static_cast<EscAddress>(length ? base + 2 : base), Certainty::kObserved);
     }
     const auto value = [&](std::uint16_t v) { return length ? arg::Count(v, "byte") : arg::Hex(v); };
@@ -278,40 +311,53 @@ class EmcyReceived final : public Rule {
       const auto [low, high] = *diagnosis->accepted;
       // The data of this maker mean something else: the slave has what it accepts.
       if (diagnosis->aspect != Aspect::kOddAddress && actual && *actual >= low && *actual <= high) return;
-      finding.Set("smallest", value(low));
-      if (high != low) finding.Set("largest", value(high));
+      arguments.Set("smallest", value(low));
+      if (high != low) arguments.Set("largest", value(high));
     }
-    finding.Set("aspect", arg::Of(kAspects[static_cast<std::size_t>(diagnosis->aspect)]))
+    arguments.Set("aspect", arg::Of(kAspects[static_cast<std::size_t>(diagnosis->aspect)]))
         .Set("sync_manager", arg::Number(diagnosis->sync_manager));
-    if (actual) finding.Set("actual", value(*actual));
+    if (actual) arguments.Set("actual", value(*actual));
   }
 
-  /// The refusal that the emergency is about has the setting as its reason, if nothing else shows one.
-  void ExplainRefusal(FindingIndex index) const {
-    const Finding& emergency = context().store[index];
-    const bool to_op = emergency.arguments.Find("error_code")->number == kToOp;
+  /// The refusal that it is about has the setting as its reason, if nothing else shows one.
+  void ExplainRefusal(const Rejection& rejection) const {
+    const bool to_op = rejection.arguments.Find("error_code")->number == kToOp;
     const auto wanted = static_cast<std::int64_t>(to_op ? esc::AlState::OP : esc::AlState::SAFEOP);
     Finding* refusal = nullptr;
     for (Finding& finding : context().store.findings()) {
-      if (finding.rule != "al-refused" || finding.slave != emergency.slave) continue;
+      if (finding.rule != "al-refused" || finding.slave != rejection.slave) continue;
       const Value* requested = finding.arguments.Find("requested");
       const Value* request = finding.arguments.Find("request_frame");
       if (requested == nullptr || requested->number != wanted || request == nullptr) continue;
-      if (static_cast<FrameNo>(request->number) < emergency.first.number) refusal = &finding;
+      if (static_cast<FrameNo>(request->number) < rejection.frame) refusal = &finding;
     }
     if (refusal == nullptr || refusal->caused_by != kNoFinding || refusal->arguments.Has("reason")) return;
-    Arguments note{{"emergency_frame", arg::Frame(emergency.first.number)}};
+    Arguments note{{"emergency_frame", arg::Frame(rejection.frame)}};
+    if (rejection.subindex != 0) note.Set("object", arg::Object(mailbox::kDiagnosisHistory, rejection.subindex));
     for (const std::string_view name : {"error_code", "aspect", "sync_manager", "actual", "smallest", "largest"}) {
-      if (const Value* value = emergency.arguments.Find(name); value != nullptr) note.Set(name, *value);
+      if (const Value* value = rejection.arguments.Find(name); value != nullptr) note.Set(name, *value);
     }
-    const Word& why = kWhyRejected[AspectOf(emergency)];
-    refusal->Set("reason", arg::Of(why))
-        .Set("reason_value", arg::Text("SM" + std::to_string(emergency.arguments.Find("sync_manager")->number)));
+    const Word& why = kWhyRejected[AspectOf(rejection.arguments)];
+    refusal->Set("reason", arg::Of(why)).Set("reason_value", arg::Text(SettingText(rejection.arguments)));
     refusal->Add(refusal::kEmergency, std::move(note));
-    AddRelated(*refusal, emergency.first.number);
+    AddRelated(*refusal, rejection.frame);
   }
-  static std::size_t AspectOf(const Finding& emergency) {
-    const Word* word = emergency.arguments.Find("aspect")->word;
+
+  /// "SM2", for a length also what it is and should be: "SM2: 40, not 42".
+  static std::string SettingText(const Arguments& arguments) {
+    std::string text = "SM" + std::to_string(arguments.Find("sync_manager")->number);
+    const Value* actual = arguments.Find("actual");
+    const Value* smallest = arguments.Find("smallest");
+    if (&kWhyRejected[AspectOf(arguments)] != &kWhyRejected[kLength] || actual == nullptr || smallest == nullptr) {
+      return text;
+    }
+    text += ": " + std::to_string(actual->number) + ", not " + std::to_string(smallest->number);
+    if (const Value* largest = arguments.Find("largest")) text += " to " + std::to_string(largest->number);
+    return text;
+  }
+  static constexpr std::size_t kLength = static_cast<std::size_t>(mailbox::TransitionDiagnosis::Aspect::kLength);
+  static std::size_t AspectOf(const Arguments& arguments) {
+    const Word* word = arguments.Find("aspect")->word;
     const auto* at = std::find_if(std::begin(kAspects), std::end(kAspects), [&](const Word& w) { return &w == word; });
     return static_cast<std::size_t>(at - std::begin(kAspects));
   }
@@ -319,6 +365,7 @@ class EmcyReceived final : public Rule {
   /// Room for the meaning in a title.
   static constexpr std::size_t kTitleBytes = 46;
   static constexpr std::size_t kMostAborts = 64;
+  static constexpr std::size_t kMostRejections = 256;
 
   struct Recent {
     SlaveId slave = kNoSlave;
@@ -395,7 +442,7 @@ class EmcyReceived final : public Rule {
   std::array<Recent, 32> recent_{};  // the newest
   std::size_t next_ = 0;
   std::vector<Recent> aborts_;  // what an emergency explains
-  std::vector<FindingIndex> transitions_;
+  std::vector<Rejection> transitions_;
   std::map<SlaveId, model::StateSet> requested_;  ///< AL states that the master requested
 };
 

@@ -74,6 +74,33 @@ TEST(DiagnosisMessage, StopsWhereParametersAreNotCompleteOrNotKnown) {
   EXPECT_FALSE(ParseDiagnosisMessage(Message(0x0102, {0x05, 0, 1})).cut);
 }
 
+TEST(DiagnosisMessage, TakesParametersThatFillTheBytesIfTheCountIsZero) {
+  const Bytes parameters{0x05, 0, 0x11, 0x05, 0x10, 0x08, 0x2A, 0, 0x2A, 0};
+  EXPECT_EQ(ParseDiagnosisMessage(Message(0x0002, parameters)).parameters.size(), 2U);
+  for (const Bytes& other : {Bytes{0x05, 0}, Bytes{0x05, 0, 0x11, 0}, Bytes(10)}) {
+    const DiagnosisMessage message = ParseDiagnosisMessage(Message(0x0002, other));
+    EXPECT_TRUE(message.parameters.empty());
+    EXPECT_FALSE(message.cut);
+  }
+}
+
+TEST(DiagnosisMessage, HasTheDataOfItsEmergency) {
+  const auto emergency =
+      ParseDiagnosisMessage(Message(0x0202, {0x05, 0, 0x11, 0x05, 0x10, 0x0A, 0x2A, 0, 0x2B, 0})).emergency();
+  ASSERT_TRUE(emergency);
+  EXPECT_EQ(emergency->error_code, 0x4210);
+  EXPECT_EQ(emergency->data[1], 0x2A);
+  EXPECT_FALSE(ParseDiagnosisMessage(Message(0x0102, {0x04, 0x10, 1, 2, 3, 4})).emergency());
+}
+
+TEST(DiagnosisMessage, AcceptedValuesBelowTheRamAreALength) {
+  EmergencyData emergency;
+  emergency.data = {0x08, 0x2A, 0, 0x2A, 0};
+  EXPECT_EQ(ParseTransition(emergency)->aspect, TransitionDiagnosis::Aspect::kLength);
+  emergency.data = {0x09, 0, 0x18, 0xFF, 0x1F};
+  EXPECT_EQ(ParseTransition(emergency)->aspect, TransitionDiagnosis::Aspect::kAddress);
+}
+
 TEST(DiagnosisMessage, ShortAndEmptyMessages) {
   EXPECT_EQ(TextOf(Bytes(15)), "too short");
   EXPECT_EQ(TextOf(Bytes(16)), "no message");
