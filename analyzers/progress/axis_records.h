@@ -23,7 +23,7 @@ enum class AxisFact : std::uint8_t {
   kNoReaction,          ///< a legal enable word, and nothing shows why not
   kQuickStopStays,      ///< Quick stop active is not left by Enable operation
   kNotReady,            ///< the status word shows Not ready to switch on
-  kNotInOp,             ///< a: AL state; the master never requested OP
+  kNotInOp,             ///< a: 1: the master requested OP earlier, and then a lower state; 0: it never requested OP
   kOverwrittenControl,  ///< a: written by SDO, b: in the process data
   kLocalControl,        ///< bit 9 of the status word is 0: the drive is not controlled over the bus
   kHasty,               ///< a: times that bit 3 rose, b: the longest of them in ns

@@ -16,12 +16,15 @@ namespace ecaudit::progress {
 /// Whether the slave is in OP, where the drive acts on its control word.
 enum class InOp : std::uint8_t { kUnknown, kNo, kYes };
 
+/// Whether the master requested OP in this run. kEarlier: after that it requested a lower state.
+enum class OpRequest : std::uint8_t { kNever, kEarlier, kNow };
+
 /// What the AL side of the slave means for its drive.
 struct SlaveSide {
   InOp in_op = InOp::kUnknown;
-  bool op_requested = false;  ///< in this run
-  bool leaving = false;       ///< what the master requested last is a state below OP
-  bool began = false;         ///< this run was seen from before OP on
+  OpRequest op_request = OpRequest::kNever;
+  bool leaving = false;  ///< what the master requested last is a state below OP
+  bool began = false;    ///< this run was seen from before OP on
 
   /// As one number: of each part of the process image in each cycle.
   friend bool operator==(const SlaveSide& a, const SlaveSide& b) {

@@ -161,7 +161,9 @@ bool AxisWatch::OnInputs(const AxisValues& values, std::uint64_t part, const Fra
     if (news.HasOneOf(kLimits)) TakeLimits(values);
   }
   outputs_changed_ = outputs_changed_ || words_changed_;
-  if (now_.control_changed || now_.control_first || !status_mapped_) Step(frame);
+  // Otherwise the inputs of this frame follow.
+  const bool alone = !status_mapped_ || !now_.status;
+  if (now_.control_changed || now_.control_first || alone) Step(frame);
 }
 
 void AxisWatch::TakeLimits(const AxisValues& values) {

@@ -146,23 +146,32 @@ void EnableCheck::Values(const AxisView& now, AxisRecords& out) {
 void EnableCheck::Disabled(const AxisView& now, AxisRecords& out) {
   const bool disabled = now.state == DriveState::kSwitchOnDisabled && now.in_op == InOp::kYes && now.control;
   if (!disabled) {
-    shutdown_ = last_wish_ = {};
+    shutdown_ = first_shutdown_ = {};
+    shutdown_sent_ = 0;
     shutdown_due_ = false;
     disabled_.Reset();
+    last_wish_ = {};
     return;
   }
   if (shutdown_.seen() && shutdown_.has_time && now.frame.has_time) {
     shutdown_due_ = shutdown_due_ || Elapsed(shutdown_.time, now.frame.time) >= kHastyNs;
   }
   const bool shutdown = (*now.control & kShutdownMask) == kShutdown;
+  if (!shutdown && shutdown_.seen() && shutdown_.has_time && now.frame.has_time) {
+    shutdown_sent_ = std::max(shutdown_sent_, Elapsed(shutdown_.time, now.frame.time));
+  }
   if (!shutdown || !shutdown_.seen()) shutdown_ = shutdown ? now.frame : FrameRef{};
+  if (!first_shutdown_.seen()) first_shutdown_ = shutdown_;
   if (now.Control(kEnableOperationBit)) last_wish_ = now.frame;
   const bool wishes = last_wish_.seen() && last_wish_.has_time && now.frame.has_time &&
                       Elapsed(last_wish_.time, now.frame.time) < kSlowNs;
-  if (const TimeNs held = disabled_.Hold(shutdown_due_ && wishes, now.frame);
-      out.IsDue(AxisFact::kStaysDisabled, disabled_, held, kSlowNs, now.frame)) {
+  const bool wished = disabled_.Hold(shutdown_due_ && wishes, now.frame) >= kImpossibleNs;
+  // The wait begins with Shutdown: the words after it need not last.
+  const bool timed = first_shutdown_.has_time && now.frame.has_time;
+  const TimeNs waited = timed ? Elapsed(first_shutdown_.time, now.frame.time) : 0;
+  if (wished && out.IsDue(AxisFact::kStaysDisabled, disabled_, waited, kSlowNs, now.frame)) {
     wanted_ = true;
-    out.Add(now.Record(AxisFact::kStaysDisabled, disabled_.since(), held));
+    out.Add(now.Record(AxisFact::kStaysDisabled, first_shutdown_, waited));
   }
 }
 
@@ -286,6 +295,7 @@ void EnableCheck::OnTheWay(const AxisView& now, AxisRecords& out) {
       out.IsDue(no_shutdown, shutdown_missing_, held, kEdgeNs, now.frame)) {
     wanted_ = true;
     AxisRecord record = now.Record(no_shutdown, shutdown_missing_.since(), held);
+    record.b = shutdown_sent_;
     record.inferred = !shown && !now.began;
     out.Add(record);
   }
@@ -321,11 +331,13 @@ void EnableCheck::OnTheWay(const AxisView& now, AxisRecords& out) {
       out.IsDue(AxisFact::kNotReady, not_ready_, held, kSlowNs, now.frame)) {
     out.Add(now.Record(AxisFact::kNotReady, not_ready_.since(), held));
   }
-  if (const TimeNs held = not_in_op_.Hold(
-          now.in_op == InOp::kNo && now.began && !now.op_requested && wish_ == Wish::kShown && !now.enabled(),
-          now.frame);
+  if (const TimeNs held = not_in_op_.Hold(now.in_op == InOp::kNo && now.began && now.op_request != OpRequest::kNow &&
+                                              wish_ == Wish::kShown && !now.enabled(),
+                                          now.frame);
       out.IsDue(AxisFact::kNotInOp, not_in_op_, held, kSlowNs, now.frame)) {
-    out.Add(now.Record(AxisFact::kNotInOp, not_in_op_.since(), held));
+    AxisRecord record = now.Record(AxisFact::kNotInOp, not_in_op_.since(), held);
+    record.a = now.op_request == OpRequest::kEarlier ? 1 : 0;
+    out.Add(record);
   }
 }
 

@@ -97,6 +97,8 @@ class EnableCheck {
   std::optional<SdoWord> by_sdo_;
   // In Switch on disabled.
   FrameRef shutdown_;          ///< Shutdown is sent since then
+  FrameRef first_shutdown_;    ///< it was sent there first
+  TimeNs shutdown_sent_ = 0;   ///< how long it was sent at most, before another word; 0: never
   bool shutdown_due_ = false;  ///< it was sent for longer than a drive needs
   FrameRef last_wish_;         ///< bit 3 was set there last
   Lasting disabled_;

@@ -184,17 +184,18 @@ void ProgressModel::On(const track::AlRequest& request) {
   const std::uint8_t target = request.control.state();
   SlaveSide& slave = Get(request.slave);
   if (target == static_cast<std::uint8_t>(esc::AlState::OP)) {
-    slave.op_requested = true;
+    slave.op_request = OpRequest::kNow;
     slave.leaving = false;
     if (!model_.slave(request.slave).al.SettledIn(esc::AlState::OP)) slave.began = true;
     return;
   }
   slave.began = true;
   slave.leaving = true;
-  if (target == static_cast<std::uint8_t>(esc::AlState::INIT)) {
-    slave.op_requested = false;
-    ForgetSlave(request.slave);
-  }
+  if (slave.op_request == OpRequest::kNow) slave.op_request = OpRequest::kEarlier;
+  const bool init = target == static_cast<std::uint8_t>(esc::AlState::INIT);
+  if (init) slave.op_request = OpRequest::kNever;
+  // From here on the slave gives no inputs.
+  if (init || target == static_cast<std::uint8_t>(esc::AlState::PREOP)) ForgetSlave(request.slave);
 }
 
 void ProgressModel::On(const track::CaptureGap& gap) {

@@ -58,12 +58,16 @@ constexpr FindingKind kShutdownMissing{
     .name = "shutdown-missing",
     .title =
         "[{?solved}Shutdown (0x0006) comes only after {lasted_ms} of {control_word}]"
-        "[{!solved}Shutdown (0x0006) is missing before control word {control_word}]",
+        "[{!solved}[{!sent_ms}Shutdown (0x0006) is missing before control word {control_word}]"
+        "[Shutdown (0x0006) for {sent_ms} before {control_word}: drive did not follow]]",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The drive shows {state}
 (status word {status_word}, {shown_frame}). The way from Switch on disabled to Operation enabled begins with
-Shutdown: bits 1 and 2 are 1, bit 0 is 0.)",
-    .next = "Send 0x0006 until the drive shows Ready to switch on, then 0x0007, then 0x000f.",
+Shutdown: bits 1 and 2 are 1, bit 0 is 0.[ The master sent it for {sent_ms} before, and did not wait until the drive
+showed Ready to switch on.])",
+    .next =
+        "Send 0x0006 until the drive shows Ready to switch on, then 0x0007, then 0x000f.[{?sent_ms} If it does not "
+        "follow, check safe torque off (STO), the hardware enable input and the power supply of the motor.]",
     .identity = "control_word"};
 
 constexpr FindingKind kNoVoltage{
@@ -107,10 +111,11 @@ constexpr FindingKind kNotInOp{
     .name = "not-in-op",
     .title =
         "[{?solved}The master enables the drive {lasted_ms} before it requests OP]"
-        "[{!solved}OP is never requested, but the master enables the drive]",
+        "[{!solved}OP is [{?earlier}not requested again][{!earlier}never requested], but the master enables the drive]",
     .message =
         R"(The master sends control word {control_word} from {frame} on, for {lasted_ms}. The slave is not in OP, and
-the master did not request OP up to {shown_frame}. Outputs act in OP only.)",
+the master did not request OP[{?earlier} again] up to {shown_frame}.[{?earlier} After OP it requested a lower
+state.] Outputs act in OP only.)",
     .next = "Request OP, and send the enable sequence after AL Status shows OP.",
     .identity = ""};
 
@@ -245,7 +250,10 @@ The axis does not move. Each step of the master may be legal all the same.
 Bit 3 of the control word asks for Operation enabled if it rises while the drive is not enabled, or if it is set
 when the slave comes to OP. A quick stop of an enabled drive is no such request, and neither is 0x0006. What no
 drive can follow (a bit that is 0) counts after 200 ms, a missing edge or Shutdown after 500 ms, what a drive may be
-slow in after 1 s. Attempts that the master gives up are added. A Shutdown of at least 50 ms counts as sent.
+slow in after 1 s. Attempts that the master gives up are added. A Shutdown of at least 50 ms counts as sent, and the
+wait for the drive begins with it. A shorter one is named with its duration.
+
+After a request for a state below OP, the master has to request OP again before it enables the drive.
 
 If a fault was already active when first seen, and bit 7 stays 1, this finding is the cause of drive-fault: the fault
 lasts because of it.
@@ -306,6 +314,12 @@ class DriveNotEnabled final : public AxisRule {
         finding.Set("bits", arg::Text(bits)).Set("bit_count", arg::Number(static_cast<std::int64_t>(count)));
         return;
       }
+      case progress::AxisFact::kShutdownMissing:
+        if (record.b > 0) finding.Set("sent_ms", arg::Ms(record.b));
+        return;
+      case progress::AxisFact::kNotInOp:
+        if (record.a != 0) finding.Set("earlier", arg::Flag());
+        return;
       case progress::AxisFact::kNotReady:
       case progress::AxisFact::kStaysDisabled:
         // 0 may mean that no inputs were valid yet.

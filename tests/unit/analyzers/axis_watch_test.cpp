@@ -28,7 +28,8 @@ class Axis {
              Role value, std::int64_t actual) {
     SlaveSide side;
     side.in_op = InOp::kYes;
-    side.op_requested = side.began = true;
+    side.op_request = OpRequest::kNow;
+    side.began = true;
     AxisValues outputs;
     outputs.Set(Role::kControl, control);
     outputs.Set(setpoint, target);
