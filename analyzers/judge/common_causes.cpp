@@ -425,6 +425,11 @@ bool IsModeNotAccepted(const Finding& effect, const Finding& cause) {
   return cause.kind != nullptr && cause.kind->name == "leaves-enabled" && BegunBy(cause) <= effect.first.number;
 }
 
+/// The drive left Operation enabled when its mode changed: perhaps for the target that it found in the new mode.
+bool LeavesEnabled(const RuleContext&, const Finding& effect) {
+  return effect.kind != nullptr && effect.kind->name == "leaves-enabled";
+}
+
 /// A drive that is not ready, without the supply of its motor for example, shows no mode.
 bool NotReady(const Finding& effect, const Finding& cause) {
   return cause.kind != nullptr && cause.kind->name == "not-ready" && Overlaps(effect, cause);
@@ -537,6 +542,11 @@ bool CountsNoOutputs(const Finding&, const Finding& cause) {
   return CodeOf(cause, "direction") != "inputs";
 }
 
+/// A motor terminal that showed no error before.
+bool IsNewTerminalError(const RuleContext&, const Finding& effect) {
+  return effect.kind != nullptr && effect.kind->name == "error" && effect.arguments.Has("began");
+}
+
 /// Nearest first: of several causes the first row that fits counts.
 constexpr std::array kLaws{
     Law{"sync-lost", "sync-cycle-mismatch", -1, nullptr},
@@ -551,6 +561,10 @@ constexpr std::array kLaws{
     Law{"drive-fault", "sync-lost", kSoon, NamesSynchronisationLoss},
     Law{"drive-fault", "sync-watchdog-margin", kSoon, GivesNoReason},
     Law{"emcy-received", "sync-watchdog-margin", kSoon, NamesSynchronisationLoss},
+    Law{"drive-motor-terminal", "sync-watchdog-margin", kSoon, IsNewTerminalError},
+    Law{"drive-motor-terminal", "sync-lost", kSoon, IsNewTerminalError},
+    Law{"drive-motor-terminal", "al-unexpected-change", kSoon, IsNewTerminalError},
+    Law{"drive-motor-terminal", "frame-lost", kSoon, IsNewTerminalError, Bus::kYes},
     Law{"emcy-received", "sync-switched-off", kLater, NamesSynchronisationLoss, Bus::kNo, Precedes},
     Law{"drive-fault", "sync-switched-off", kSoon, NamesSynchronisationLoss, Bus::kNo, Precedes},
     Law{"emcy-received", "sync-cycle-mismatch", -1, NamesSynchronisationLoss},
@@ -633,6 +647,7 @@ constexpr std::array kLaws{
     Law{"drive-mode-not-shown", "pdo-object-type", -1},
     Law{"drive-mode-not-shown", "drive-not-enabled", -1, nullptr, Bus::kNo, NotReady},
     Law{"drive-mode-not-shown", "drive-not-commanded", -1, nullptr, Bus::kNo, Overlaps},
+    Law{"drive-mode-not-shown", "drive-setpoint-jump", kSoon, LeavesEnabled, Bus::kNo, PrecedesOnAxis},
     Law{"drive-not-commanded", "pdo-object-type", -1},
     Law{"drive-not-following", "drive-not-commanded", -1, nullptr, Bus::kNo, Overlaps},
     Law{"drive-not-following", "sync-type-mismatch", kWhileItLasts, StandsStillInSync, Bus::kNo, IsTypeWithoutSync0,

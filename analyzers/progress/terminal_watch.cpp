@@ -129,6 +129,7 @@ void MotorWatch::Report(MotorFact fact, bool holds, TimeNs limit, const FrameRef
   record.velocity = Value(MotorRole::kVelocity).has_value();
   record.set_point = Value(record.velocity ? MotorRole::kVelocity : MotorRole::kPosition).value_or(0);
   record.reset_stands = Is(MotorRole::kReset, true) && !reset_low_;
+  record.began = error_began_ != 0 && error_began_ == record.since.number;
   record.by_shape = by_shape_;
   records_.push_back(record);
 }
@@ -145,10 +146,12 @@ void MotorWatch::Step(const FrameRef& frame) {
   if (!error) reset_low_ = false;
   if (error && !Is(MotorRole::kReset, true)) reset_low_ = true;
   if (error) {
+    if (error_low_) error_began_ = frame.number;
     without_error_ = {};
   } else if (Is(MotorRole::kError, false) && !without_error_.seen()) {
     without_error_ = frame;
   }
+  error_low_ = Is(MotorRole::kError, false);
   const bool ready = Is(MotorRole::kReady, true);
   if (ready && (!ready_since_.seen() || ready_lost_.seen())) {
     ready_since_ = frame;
@@ -174,7 +177,8 @@ void MotorWatch::Forget() {
   values_ = {};
   last_position_.reset();
   position_changes_ = 0;
-  was_enabled_ = reset_low_ = false;
+  was_enabled_ = reset_low_ = error_low_ = false;
+  error_began_ = 0;
   for (Lasting& lasting : lasting_) lasting.Reset();
 }
 

@@ -47,6 +47,7 @@ struct MotorRecord {
   std::int64_t set_point = 0;
   bool velocity = false;      ///< what the set point is
   bool reset_stands = false;  ///< kError: Reset was 1 all the time
+  bool began = false;         ///< kError: it was 0 up to `since`
   bool by_shape = false;      ///< that the channel is a motor is known by its entries only
 };
 
@@ -104,7 +105,9 @@ class MotorWatch {
   std::optional<std::int64_t> last_position_;
   std::uint32_t position_changes_ = 0;
   bool was_enabled_ = false;
-  bool reset_low_ = false;  ///< Reset was 0 while the error at hand stood
+  bool reset_low_ = false;   ///< Reset was 0 while the error at hand stood
+  bool error_low_ = false;   ///< Error was 0 in the frame before
+  FrameNo error_began_ = 0;  ///< Error rose here
   FrameRef ready_since_, ready_lost_, commanded_, first_moved_, moved_, without_error_;
   std::array<Lasting, 5> lasting_;
   std::vector<MotorRecord> records_;

@@ -39,11 +39,12 @@ constexpr FindingKind kError{
     .title = "Error ({error}) is 1: the terminal does not move its motor",
     .message =
         R"(From {frame} on, for {lasted_ms} ({shown_frame}), Error ({error}) is 1 while the master commands the
-motor.[{?reset_stands} Reset ({reset}) is 1 all the time, and an error is reset by its rising edge.])",
+motor.[{?began} It rose in {frame}.][{?reset_stands} Reset ({reset}) is 1 all the time, and an error is reset by its rising edge.])",
     .next =
         "Read the diagnosis of the terminal (A000h and following objects, 10F3h) and correct its cause. Then set Reset "
         "({reset}) from 0 to 1.",
-    .identity = "error"};
+    .identity = "error",
+    .next_stays = true};
 
 constexpr FindingKind kStandsStill{
     .name = "stands-still",
@@ -83,6 +84,9 @@ A channel is a motor if it has Enable, Reset, Ready to enable, Ready and Error. 
 
 A command is Enable, a velocity other than 0, or a position that changes 20 times. What stays so for 1 s in OP is a
 finding, an error after 20 ms. A motor without a command is healthy.
+
+If Error rises at the end of a pause that is longer than the watchdog, or together with lost frames, lost
+synchronisation or a lost state, this is its cause. Error stays after that until Reset rises.
 
 ## Example
 tests/rules/drive-motor-terminal/violates.trace: Enable stays 0.
@@ -135,6 +139,7 @@ class DriveMotorTerminal final : public Rule {
     finding.Set("set_point", arg::Number(record.set_point));
     if (record.velocity) finding.Set("velocity", arg::Flag());
     if (record.reset_stands) finding.Set("reset_stands", arg::Flag());
+    if (record.began) finding.Set("began", arg::Flag());
     AddRelated(finding, record.frame.number);
     const std::uint64_t key = std::uint64_t{record.channel} << 8U | static_cast<std::uint64_t>(record.fact);
     (void)Report(key, record.fact == progress::MotorFact::kError ? Severity::kError : kInfo.severity,
