@@ -661,6 +661,10 @@ constexpr std::array kLaws{
     Law{"drive-fault", "drive-not-following", kSoon, IsFaultOfMotion, Bus::kNo, PrecedesOnAxis, true},
     Law{"drive-fault", "sync-window-violation", kLater, IsNewFaultWithoutMeaning, Bus::kNo, FollowsIrregularFrames,
         true},
+    Law{"emcy-received", "sync-not-activated", -1, NamesSyncController, Bus::kNo, Precedes, true},
+    Law{"drive-fault", "sync-not-activated", -1, NamesSyncController, Bus::kNo, Precedes, true},
+    // Soon after OP: a drive that ran for longer needs no SYNC0.
+    Law{"drive-fault", "sync-not-activated", kLater, IsNewFaultWithoutMeaning, Bus::kNo, Precedes, true},
     Law{"drive-fault", "fmmu-inactive", kWhileItLasts, IsFaultWithoutMeaning, Bus::kNo, LacksOutputs, true},
     Law{"drive-illegal-state-change", "drive-mode-not-shown", kSoon, nullptr, Bus::kNo, IsModeNotAccepted},
     Law{"emcy-received", "drive-mode-not-shown", kSoon, IsEmergencyOfMotion, Bus::kNo, IsModeNotAccepted, true},
