@@ -6,11 +6,12 @@
 #include "decoder/base/time.h"
 #include "decoder/base/wrapping.h"
 #include "decoder/bus/direction.h"
+#include "decoder/bus/thresholds.h"
 
 namespace ecaudit::bus {
 namespace {
 
-/// Both copies of one packet are stamped within this.
+/// Both copies of one packet are stamped within this, where all packets are in the capture twice.
 constexpr std::int64_t kTogetherNs = 200'000;
 /// Minimum of frames that appear twice, besides nine of ten.
 constexpr std::uint32_t kLeastTwice = 8;
@@ -27,44 +28,51 @@ std::uint64_t WholeContent(const wire::FrameView& frame) {
   return hash;
 }
 
-bool AreTogether(const FrameRef& first, const FrameRef& second) {
+bool AreTogether(const FrameRef& first, const FrameRef& second, std::int64_t together_ns) {
   if (!first.has_time || !second.has_time) return true;
   const std::int64_t apart = Elapsed(first.time, second.time);
-  return apart >= -kTogetherNs && apart <= kTogetherNs;
+  return apart >= -together_ns && apart <= together_ns;
 }
 
 }  // namespace
 
-/// @return true when it is one of the packets before it, and no other copy of that frame stands between them
-bool DoubledPackets::Match(const wire::FrameView& frame) noexcept {
+bool DoubledPackets::Window::Match(const wire::FrameView& frame, std::int64_t together_ns) noexcept {
   const std::uint64_t content = WholeContent(frame);
-  for (std::size_t back = 1; back <= last_.size(); ++back) {
-    Seen& before = last_[(next_ + last_.size() - back) % last_.size()];
+  for (std::size_t back = 1; back <= last.size(); ++back) {
+    Seen& before = last[(next + last.size() - back) % last.size()];
     if (!before.frame.seen() || before.key != frame.key()) continue;
-    if (before.content != content || before.twice || !AreTogether(before.frame, frame.ref())) break;
+    if (before.content != content || before.twice || !AreTogether(before.frame, frame.ref(), together_ns)) break;
     before.twice = true;
     return true;
   }
-  last_[next_] = {frame.key(), content, frame.ref(), false};
-  next_ = (next_ + 1) % last_.size();
+  last[next] = {frame.key(), content, frame.ref(), false};
+  next = (next + 1) % last.size();
   return false;
 }
 
 void DoubledPackets::Learn(const wire::FrameView& frame) noexcept {
   if (frame.kind() != wire::FrameKind::kEtherCat || frame.empty()) return;
-  const bool second = Match(frame);
-  Count& count = AnyWorkingCounter(frame) ? taken_ : others_;
-  ++(second ? count.twice : count.once);
+  const bool taken = AnyWorkingCounter(frame);
+  (taken ? taken_ : others_).Add(window_.Match(frame, kTogetherNs));
+  if (!taken) sent_.Add(sent_window_.Match(frame, threshold::kCopyNs));
 }
 
 void DoubledPackets::Finish() noexcept {
   const auto nearly_all = [](const Count& count) { return count.twice * 10 >= count.once * 9; };
-  found_ = taken_.twice >= kLeastTwice && nearly_all(taken_) && (others_.once < kLeastTwice || nearly_all(others_));
-  last_ = {};
+  const auto many = [](const Count& count) { return count.once >= kLeastTwice && count.twice >= kLeastTwice; };
+  if (taken_.twice >= kLeastTwice && nearly_all(taken_) && (others_.once < kLeastTwice || nearly_all(others_))) {
+    twice_ = Twice::kAll;
+  } else if (many(sent_) && nearly_all(sent_) && taken_.once >= kLeastTwice && taken_.once / 3 <= sent_.once / 2) {
+    twice_ = Twice::kSent;  // had the master sent both, both would have returned
+  }
+  window_ = {};
+  sent_window_ = {};
 }
 
 bool DoubledPackets::IsSecond(const wire::FrameView& frame) noexcept {
-  return found_ && frame.kind() == wire::FrameKind::kEtherCat && !frame.empty() && Match(frame);
+  if (twice_ == Twice::kNone || frame.kind() != wire::FrameKind::kEtherCat || frame.empty()) return false;
+  if (twice_ == Twice::kAll) return window_.Match(frame, kTogetherNs);
+  return !AnyWorkingCounter(frame) && sent_window_.Match(frame, threshold::kCopyNs);
 }
 
 }  // namespace ecaudit::bus

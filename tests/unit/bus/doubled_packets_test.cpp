@@ -1,6 +1,7 @@
 // Captures that hold every packet twice.
 #include "decoder/bus/doubled_packets.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -88,6 +89,52 @@ TEST(DoubledPackets, WhatOnlyCameBackTwiceIsLeftToTheRules) {
   const PairingStatistics read = StatisticsOf(trace->Packets());
   EXPECT_EQ(read.duplicated, 100U);
   EXPECT_EQ(read.captured_twice, 0U);
+}
+
+/// Each outbound packet once more, `ns` later; packets in the order of their stamps.
+std::vector<Packet> SentDoubled(const std::vector<Packet>& packets, TimeNs ns) {
+  std::vector<Packet> all;
+  for (const Packet& packet : packets) {
+    all.push_back(packet);
+    if ((packet.bytes[6] & 2U) != 0) continue;
+    all.push_back(packet);
+    all.back().time += ns;
+  }
+  std::stable_sort(all.begin(), all.end(), [](const Packet& a, const Packet& b) { return a.time < b.time; });
+  return all;
+}
+
+/// Three frames are in flight at a time: other frames stand between both copies.
+TEST(DoubledPackets, OnlyTheOutboundOnesOfABridge) {
+  std::string lines;
+  for (int i = 0; i < 100; ++i) {
+    lines +=
+        "+1ms FPRD 0x1001:0x0130 08 00 rtt=90us\n+5us FPRD 0x1001:0x080D 00 rtt=90us\n+5us LRW 0x1000 01 02 rtt=90us\n";
+  }
+  Result<Trace> trace = Trace::Parse(lines);
+  ASSERT_TRUE(trace);
+  for (const TimeNs later : {1'000, 7'000, 20'000, 49'000}) {
+    const PairingStatistics read = StatisticsOf(SentDoubled(trace->Packets(), later));
+    EXPECT_EQ(read.paired, 300U) << later;
+    EXPECT_EQ(read.lost, 0U) << later;
+    EXPECT_EQ(read.captured_twice, 300U) << later;
+  }
+}
+
+/// A master that sends the same once more because nothing returned: the first ones are lost.
+TEST(DoubledPackets, ARepetitionAfterATimeOutIsNone) {
+  std::string lines;
+  for (int i = 0; i < 100; ++i) lines += "+3ms FPRD 0x1001:0x0130 08 00\n";
+  Result<Trace> trace = Trace::Parse(lines);
+  ASSERT_TRUE(trace);
+  std::vector<Packet> packets = SentDoubled(trace->Packets(), 1'500'000);
+  for (Packet& packet : packets) {
+    if ((packet.bytes[6] & 2U) != 0) packet.time += 1'600'000;
+  }
+  std::stable_sort(packets.begin(), packets.end(), [](const Packet& a, const Packet& b) { return a.time < b.time; });
+  const PairingStatistics read = StatisticsOf(packets);
+  EXPECT_EQ(read.captured_twice, 0U);
+  EXPECT_GE(read.lost, 99U);
 }
 
 }  // namespace
