@@ -48,7 +48,7 @@ class Fork final : public bus::BusSink {
 
 class Pipeline::Impl {
  public:
-  explicit Impl(EventSink& events) : network_(events), fork_(network_, events) {}
+  explicit Impl(EventSink& events) : network_(events), events_(events), fork_(network_, events) {}
 
   void Run(capture::FrameSource& source, const PipelineOptions& options) {
     using Got = bus::TrafficReader::Got;
@@ -80,6 +80,7 @@ class Pipeline::Impl {
   PipelineStatistics statistics_;
 
  private:
+  EventSink& events_;
   Fork fork_;
   const bus::TrafficReader* reader_ = nullptr;  ///< while reading
   bus::PairingStatistics pairing_;              ///< after that
@@ -145,6 +146,7 @@ class Pipeline::Impl {
       if (frame.time < statistics_.last.time) ++statistics_.backwards;
       if (ClockJumps(statistics_.last.time, frame.time)) {
         ++statistics_.clock_jumps;
+        events_.Publish(ClockSet{frame, Elapsed(statistics_.last.time, frame.time)});
       } else {
         statistics_.elapsed_ns += frame.time - statistics_.last.time;
       }

@@ -59,6 +59,13 @@ struct PipelineOptions : bus::PacketRange {
   std::function<void(std::uint64_t, std::uint64_t, std::uint64_t)> progress;
 };
 
+/// The clock of the capture was set before this packet, or another recording begins with it: the time between it and
+/// the packet before shows nothing. Precedes all else from this packet.
+struct ClockSet {
+  FrameRef packet;
+  TimeNs by = 0;  ///< from the packet before to this one
+};
+
 /// Every frame with its direction; precedes the events that follow from it.
 struct FrameSeen {
   const wire::FrameView& frame;

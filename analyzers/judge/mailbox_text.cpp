@@ -108,10 +108,10 @@ std::uint64_t RequestKey(const mailbox::RequestSummary& request) {
 }
 
 std::optional<std::int64_t> WaitOf(const mailbox::MailboxUnanswered& event) {
-  const FrameRef& from = event.parts > 0 ? event.last_part : event.request.frame;
+  const FrameRef& from = event.since;
   const FrameRef& until = event.polls > 0 ? event.last_poll : event.ended;
   if (!from.has_time || !until.has_time) return std::nullopt;
-  return until.time - from.time;
+  return Elapsed(from.time, until.time);
 }
 
 WaitVerdict EvaluateWait(const mailbox::MailboxUnanswered& event, const FrameRef& capture_end, std::int64_t limit_ns,

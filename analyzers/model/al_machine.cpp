@@ -51,8 +51,6 @@ constexpr std::uint64_t kAcknowledgeReads = 200;
 constexpr std::uint64_t kIgnoredReads = 8;
 /// Masters that wait for a state look for it more often.
 constexpr std::int64_t kLongPauseNs = 1'000'000'000;
-/// No master that waits leaves so long a time between two looks.
-constexpr std::int64_t kClockSetNs = 60'000'000'000;
 /// A request that was lost on its way does not explain what happens this much later.
 constexpr std::int64_t kPendingNs = 10'000'000'000;
 
@@ -624,11 +622,10 @@ void AlMachine::CheckOverdue(const track::AlStatusRead& read) {
   if (overdue_reported_ || !read.frame.has_time || !waiting_since_.has_time) return;
   const std::uint8_t target = open_->control.state();
   const std::int64_t limit = timeouts_.To(target, Height(target) < Height(read.status.state()));
-  // The master did not read it: the capture has a gap there, or the clock was set.
-  if (before.has_time && read.frame.time - before.time > (paused_ ? kLongPauseNs : kClockSetNs)) {
-    waiting_since_ = read.frame;
-  }
-  const std::int64_t waited = read.frame.time - waiting_since_.time;
+  // The master did not read it: the capture has a gap there.
+  if (paused_ && before.has_time && Elapsed(before.time, read.frame.time) > kLongPauseNs) waiting_since_ = read.frame;
+  FollowClock(waiting_since_, before, read.frame);
+  const std::int64_t waited = Elapsed(waiting_since_.time, read.frame.time);
   if (waited <= limit) return;
   overdue_reported_ = true;
   AlOverdue event;

@@ -18,6 +18,7 @@ constexpr Word kNoControlWord{"no-control-word", "the control word is not in the
 constexpr Word kInFault{"fault", "the drive is in Fault"};
 constexpr Word kVoltageMissing{"no-voltage", "bit 4 of the status word is 0"};
 constexpr Word kLeftEnabled{"left-enabled", "the drive left Operation enabled without a command"};
+constexpr Word kWentIntoFault{"went-into-fault", "the drive went from Operation enabled into a fault"};
 constexpr Word kModeDiffers{"mode-differs", "6061h does not show the mode that 6060h selects"};
 constexpr Word kModeNotShown{"mode-not-in-capture", "6061h is not in the capture"};
 constexpr Word kModeUnknown{"mode-not-known", "the mode of operation (6060h, 6061h) is not in the capture"};
@@ -144,7 +145,7 @@ class AxisClimb {
     } else if (span.ever() && fact == nullptr) {
       rung.status = watch_.lost_unasked() ? RungStatus::kLost : RungStatus::kReached;
       if (rung.status == RungStatus::kLost) {
-        rung.why = &kLeftEnabled;
+        rung.why = watch_.lost_by_fault() ? &kWentIntoFault : &kLeftEnabled;
         rung.held_by = Holder(
             {"drive-fault", "al-unexpected-change", "drive-illegal-state-change", "drive-not-enabled"}, span.lost);
       }

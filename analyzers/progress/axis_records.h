@@ -101,7 +101,8 @@ struct AxisRecord {
   bool fault = false;     ///< the drive went into a fault, or showed a following error, because of it
   bool constant = false;  ///< kSetpointNotMapped: the set point of the mode is mapped and stays the same
   bool limited = false;   ///< bit 11 of the status word: an internal limit is active
-  bool by_sdo = false;    ///< kZeroLimit, kHomingStands: the limit was written or read by SDO
+  bool by_sdo = false;    ///< kZeroLimit, kHomingStands: the limit was written or read by SDO; kNoMode: only 6060h is
+                          ///< known, by SDO
   bool new_mode = false;  ///< kJumpAtEnable: the drive was enabled before, in another mode
   std::uint8_t at_switch =
       0;                  ///< a limit switch of 60FDh that is active where the set point goes: 1 negative, 2 positive
@@ -192,6 +193,16 @@ class AxisRecords {
       if (known.fact == fact) return &known;
     }
     return nullptr;
+  }
+  template <class Visit>
+  void ForEachFrame(Visit visit) {
+    for (AxisRecord& known : list_) {
+      for (FrameRef* const frame :
+           {&known.since, &known.frame, &known.last, &known.solved_at, &known.lead.last.frame}) {
+        visit(*frame);
+      }
+      if (known.lead.earlier) visit(known.lead.earlier->frame);
+    }
   }
   [[nodiscard]] auto begin() const { return list_.begin(); }
   [[nodiscard]] auto end() const { return list_.end(); }

@@ -339,6 +339,7 @@ inline void AxisWatch::TakeStatus(std::int64_t word, const FrameRef& frame) {
       // Outputs that are not known may hold another control word than an SDO.
       const bool known = now_.control_mapped || now_.began;
       lost_unasked_ = known && !AsksToStop() && !AskedToStop(frame);
+      lost_by_fault_ = IsFault(now_.state);
     }
     last_state_ = now_.state;
   }

@@ -61,6 +61,15 @@ class AxisWatch {
   }
   [[nodiscard]] const AxisView& now() const { return now_; }
   [[nodiscard]] const AxisRecords& records() const { return records_; }
+  /// Calls `visit(frame)` for each frame that the records and rungs name.
+  template <class Visit>
+  void ForEachFrame(Visit visit) {
+    records_.ForEachFrame(visit);
+    for (Span* const span : {&without_fault_, &voltage_, &enabled_, &mode_}) {
+      visit(span->since);
+      visit(span->lost);
+    }
+  }
   [[nodiscard]] const EnableCheck& enable() const { return OfChecks().enable; }
   [[nodiscard]] const CommandCheck& command() const { return OfChecks().command; }
   [[nodiscard]] const FollowCheck& follow() const { return OfChecks().follow; }
@@ -97,6 +106,8 @@ class AxisWatch {
   [[nodiscard]] const Span& enabled() const { return enabled_; }
   [[nodiscard]] const Span& mode() const { return mode_; }
   [[nodiscard]] bool lost_unasked() const { return lost_unasked_; }
+  /// It went from Operation enabled into Fault or Fault reaction active, the last time that it left it.
+  [[nodiscard]] bool lost_by_fault() const { return lost_by_fault_; }
   [[nodiscard]] bool voltage_lost_unasked() const { return voltage_lost_unasked_; }
   [[nodiscard]] FrameNo status_frame() const { return status_frame_; }  ///< of the newest status word
   [[nodiscard]] std::optional<std::uint16_t> error_code() const { return error_code_; }
@@ -196,7 +207,7 @@ class AxisWatch {
   std::bitset<kLimitRoles.size()> limit_is_zero_, limit_mapped_;
   std::optional<device::DriveState> last_state_;
   std::optional<std::uint16_t> error_code_;
-  bool lost_unasked_ = false, voltage_lost_unasked_ = false;
+  bool lost_unasked_ = false, lost_by_fault_ = false, voltage_lost_unasked_ = false;
   FrameNo status_frame_ = 0;
   Span without_fault_, voltage_, enabled_, mode_;
   std::vector<AxisMoment> recent_;  ///< some of the last 50 ms, oldest first

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "decoder/base/bytes.h"
+#include "decoder/base/time.h"
 
 namespace ecaudit::progress {
 namespace {
@@ -16,7 +17,7 @@ constexpr std::uint16_t kSoftwareLimits = 0x607D;
 
 ProgressModel::ProgressModel(const model::BusModel& model, EventBus& bus) : model_(model) {
   bus.ListenTo<model::ProcessCycle, mailbox::SdoTransfer, model::DriveStateChanged, track::AlRequest, track::CaptureGap,
-               track::RunBegan>(Stage::kAfterModel, *this);
+               track::RunBegan, ClockSet>(Stage::kAfterModel, *this);
 }
 
 const AxisWatch* ProgressModel::axis(SlaveId slave, std::uint8_t axis) const {
@@ -136,7 +137,12 @@ void ProgressModel::On(const model::ProcessCycle& cycle) {
   if (!frame.seen()) return;
   Part& part = PartOf(cycle.part);
   if (!part.motors.empty()) TakeMotors(cycle.part, part, cycle.data, frame);
-  if (!part.places.empty()) Take(cycle.part, part, cycle.data, frame);
+  if (part.places.empty()) return;
+  if (clock_sets_.empty()) [[likely]] {
+    Take(cycle.part, part, cycle.data, frame);
+  } else {
+    Take(cycle.part, part, cycle.data, Steady(frame));
+  }
 }
 
 void ProgressModel::On(const mailbox::SdoTransfer& transfer) {
@@ -148,7 +154,7 @@ void ProgressModel::On(const mailbox::SdoTransfer& transfer) {
   std::uint64_t raw = 0;
   for (std::size_t i = transfer.data.size(); i > 0; --i) raw = raw << 8U | transfer.data[i - 1];
   const bool download = transfer.service == mailbox::SdoService::kDownload;
-  const FrameRef& frame = download || !transfer.response.seen() ? transfer.request : transfer.response;
+  const FrameRef frame = Steady(download || !transfer.response.seen() ? transfer.request : transfer.response);
   if (!frame.seen()) return;
   const std::int64_t value = SignExtend(raw, static_cast<unsigned>(8 * transfer.data.size()));
   if (const auto role = RoleOf(transfer.index, transfer.subindex)) {
@@ -211,8 +217,34 @@ void ProgressModel::On(const track::RunBegan&) {
   for (SlaveSide& slave : slaves_) slave = {};
 }
 
+void ProgressModel::On(const ClockSet& set) {
+  // A clock that is set again and again measures nothing.
+  constexpr std::size_t kMost = 64;
+  if (clock_sets_.size() >= kMost) return;
+  const TimeNs before = clock_sets_.empty() ? 0 : clock_sets_.back().by;
+  clock_sets_.push_back({set.packet, Later(before, set.by)});
+}
+
+/// By a clock that is not set: the axis checks measure how long something lasts.
+FrameRef ProgressModel::Steady(FrameRef frame) const {
+  if (!clock_sets_.empty()) frame.time = Later(frame.time, Elapsed(clock_sets_.back().by, 0));
+  return frame;
+}
+
+/// The inverse of Steady().
+void ProgressModel::ToCaptureClock(FrameRef& frame) const {
+  for (auto set = clock_sets_.rbegin(); set != clock_sets_.rend(); ++set) {
+    if (frame.number < set->packet.number) continue;
+    frame.time = Later(frame.time, set->by);
+    return;
+  }
+}
+
 void ProgressModel::Finish() {
-  for (auto& [id, watch] : axes_) watch.Finish();
+  for (auto& [id, watch] : axes_) {
+    watch.Finish();
+    if (!clock_sets_.empty()) watch.ForEachFrame([this](FrameRef& frame) { ToCaptureClock(frame); });
+  }
 }
 
 }  // namespace ecaudit::progress

@@ -15,6 +15,7 @@
 #include "analyzers/progress/terminal_watch.h"
 #include "analyzers/wiring/event_bus.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/pipeline.h"
 #include "decoder/track/events.h"
 
 namespace ecaudit::progress {
@@ -33,6 +34,7 @@ class ProgressModel {
   void On(const track::AlRequest& request);
   void On(const track::CaptureGap& gap);
   void On(const track::RunBegan& run);
+  void On(const ClockSet& set);
   void Finish();
 
   /// Calls `visit(slave, axis, watch)` for each axis of which a control or status word was seen.
@@ -77,11 +79,14 @@ class ProgressModel {
   [[nodiscard]] AxisWatch* Watch(SlaveId slave, std::uint8_t axis);
   [[nodiscard]] SlaveSide& Get(SlaveId slave);
   void ForgetSlave(SlaveId slave);
+  [[nodiscard]] FrameRef Steady(FrameRef frame) const;
+  void ToCaptureClock(FrameRef& frame) const;
 
   const model::BusModel& model_;
   std::map<AxisId, AxisWatch> axes_;
   std::map<AxisId, MotorWatch> motors_;  ///< by channel
   std::vector<SlaveSide> slaves_;        ///< by id; in_op is that of its model
+  std::vector<ClockSet> clock_sets_;     ///< `by`: all of them together, up to this one
   std::map<std::uint64_t, Part> parts_;  ///< by serial; those without words of axes stay, too
   /// The newest of them: most parts are needed in each cycle.
   struct Recent {

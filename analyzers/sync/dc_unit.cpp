@@ -171,9 +171,15 @@ DcUnit::Change DcUnit::Activate(const track::SlaveAccess& access, esc::SyncActiv
   return written ? Change::kSwitchedOn : Change::kNone;
 }
 
+void DcUnit::StartHadPassed() {
+  if (active_) active_->start_had_passed = true;
+  FindPulses();
+}
+
 void DcUnit::FindPulses() {
   constexpr std::uint32_t kTooLong = 0x80000000U;
-  const bool known = generates_sync0() && active_->start_ns && !activation_->auto_activation();
+  const bool known =
+      generates_sync0() && active_->start_ns && !active_->start_had_passed && !activation_->auto_activation();
   const std::uint32_t cycle = known ? active_->sync0_cycle_ns.value_or(0) : 0;
   pulse_cycle_ns_ = cycle < kTooLong ? cycle : 0;
 }

@@ -23,6 +23,7 @@ struct SyncSettings {
   std::optional<std::uint64_t> start_ns;  ///< 0x0990
   bool start_is_64_bit = false;           ///< else only its low half counts: no more is known, or used by the slave
   std::optional<std::uint32_t> sync0_cycle_ns, sync1_cycle_ns;
+  bool start_had_passed = false;  ///< when it was switched on: no pulse comes before the clock wraps
 };
 
 /// SYNC0 or SYNC1 was on at the end of a run, and the master had not switched it off when it set the clock for the next
@@ -61,6 +62,8 @@ class DcUnit {
   [[nodiscard]] const std::optional<SyncSettings>& active() const { return active_; }
   /// SYNC0 is one of those that are.
   [[nodiscard]] bool generates_sync0() const { return active_ && active_->activation.sync0(); }
+  /// The clock was past the start time when SYNC was switched on.
+  void StartHadPassed();
   /// Cycle of SYNC0 while its pulses can be counted: it is on, and when it began is known. 0: they cannot.
   [[nodiscard]] std::uint32_t pulse_cycle_ns() const { return pulse_cycle_ns_; }
   /// The settings of the last time it was on, since the slave was set up.

@@ -1,11 +1,13 @@
 /// out of sync/: what the synchronisation model concludes. Rules turn these into findings; nothing here is text.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
 #include "analyzers/sync/time_base.h"
 #include "decoder/base/ids.h"
+#include "decoder/base/wrapping.h"
 #include "decoder/esc/al.h"
 #include "decoder/esc/dc_registers.h"
 
@@ -25,6 +27,21 @@ struct SyncSwitchedOn {
   std::optional<TimeNs> since_read_ns;
   TimeNs uncertainty_ns = 0;   ///< of since_read_ns
   bool low_half_only = false;  ///< start or time have 32 bit: only their difference modulo 2^32 counts
+
+  /// How far ahead the start lies, by the time that was read; both must be set. Longer times than kFarNs count as that,
+  /// so that what is added to it later fits.
+  static constexpr TimeNs kFarNs = TimeNs{1} << 62;
+  [[nodiscard]] TimeNs Ahead() const {
+    if (low_half_only) {
+      const auto low = [](std::uint64_t time) { return static_cast<std::uint32_t>(time & 0xFFFFFFFFU); };
+      return static_cast<std::int32_t>(WrappingDifference(low(*start_ns), low(*read_time_ns)));
+    }
+    return std::clamp(static_cast<TimeNs>(WrappingDifference(*start_ns, *read_time_ns)), -kFarNs, kFarNs);
+  }
+  /// It is certain that no pulse comes before the clock wraps.
+  [[nodiscard]] bool StartHadPassed() const {
+    return was_off && !activation.auto_activation() && start_ns && read_time_ns && Ahead() < 0;
+  }
 };
 
 /// The drive reported by SDO how far its PLL is from where it should be (SYNCACT), while in OP with SYNC0 on.

@@ -271,7 +271,7 @@ void SyncModel::OnDcAccess(const track::SlaveAccess& access) {
   }
 }
 
-void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
+void SyncModel::SwitchedOn(SlaveId slave, DcUnit& unit) {
   const SyncSettings& settings = *unit.active();
   SyncSwitchedOn event;
   event.slave = slave;
@@ -297,6 +297,7 @@ void SyncModel::SwitchedOn(SlaveId slave, const DcUnit& unit) {
     event.since_read_ns = Elapsed(event.read_frame.time, sent.time);
     event.uncertainty_ns = *uncertainty;
   }
+  if (event.StartHadPassed()) unit.StartHadPassed();
   sink_.Publish(event);
 }
 

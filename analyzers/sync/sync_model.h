@@ -120,7 +120,7 @@ class SyncModel final {
   void OnFmmus(const track::SlaveAccess& access);
   void OnDcAccess(const track::SlaveAccess& access);
   void OnDelayAccess(const track::SlaveAccess& access);
-  void SwitchedOn(SlaveId slave, const DcUnit& unit);
+  void SwitchedOn(SlaveId slave, DcUnit& unit);
 
   const model::BusModel& bus_;
   EventSink& sink_;

@@ -245,6 +245,7 @@ struct MailboxAnswered {
   std::uint64_t polls = 0;  ///< times the master looked for the answer and found the mailbox empty
   FrameRef last_poll;       ///< last look that found nothing; not seen() when there was none
   bool read_lost = false;   ///< a mailbox read was lost in between: the answer may have been in it
+  FrameRef since;           ///< where the request was written, by the clock as it was set up to the last look
 };
 
 /// A request that got no answer: reported when the next request of its kind, the end of the capture or a reset shows
@@ -260,6 +261,7 @@ struct MailboxUnanswered {
   FrameRef last_poll;                          ///< last look that found nothing; not seen() when there was none
   std::uint32_t parts = 0;                     ///< of the answer that came: it has more
   FrameRef last_part;                          ///< the looks count from there on; not seen() when there was none
+  FrameRef since;                              ///< that, or the request, by the clock as it was set since then
   bool not_accepted = false;                   ///< the last read of 0x0805 showed the out mailbox still full
   bool taken = false;                          ///< it was found empty, or took the next request
   bool read_lost = false;                      ///< a mailbox read was lost in between: the answer may have been in it

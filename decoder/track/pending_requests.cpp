@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "decoder/base/time.h"
 #include "decoder/mailbox/eoe.h"
 #include "decoder/mailbox/error_reply.h"
 #include "decoder/mailbox/foe.h"
@@ -89,6 +90,7 @@ void PendingRequests::Await(MailboxChannel channel, const MailboxMessage& messag
   r.active = true;
   r.certainty = message.certainty;
   r.request = Summarise(message);
+  r.since = r.request.frame;
 }
 
 void PendingRequests::Unanswered(Request& r, MailboxUnanswered::End end, const FrameRef& frame) {
@@ -104,6 +106,7 @@ void PendingRequests::Unanswered(Request& r, MailboxUnanswered::End end, const F
   event.last_poll = r.last_poll;
   event.parts = r.parts;
   event.last_part = r.last_part;
+  event.since = r.since;
   const bool looked = out_full_since_ > r.request.frame.number;
   event.not_accepted = looked && out_full_;
   event.taken = (looked && !out_full_) || end == MailboxUnanswered::End::kNextRequest;
@@ -129,7 +132,7 @@ void PendingRequests::Answered(MailboxChannel channel, const FrameRef& by) {
   Request& r = Of(channel);
   if (r.active && r.request.frame.number == last_.frame.number) last_answerable_ = false;
   if (r.active && by.seen()) {
-    sink_.Publish(mailbox::MailboxAnswered{slave_, r.request, by, r.polls, r.last_poll, r.read_lost});
+    sink_.Publish(mailbox::MailboxAnswered{slave_, r.request, by, r.polls, r.last_poll, r.read_lost, r.since});
   }
   r.active = false;
 }
@@ -138,7 +141,7 @@ void PendingRequests::AnsweredInPart(MailboxChannel channel, const FrameRef& par
   Request& r = Of(channel);
   if (!r.active) return;
   ++r.parts;
-  r.last_part = part;
+  r.last_part = r.since = part;
   r.polls = 0;
   r.first_poll = r.last_poll = {};
 }
@@ -199,6 +202,7 @@ PendingRequests::ErrorAnswer PendingRequests::OnErrorReply(std::uint8_t counter,
 void PendingRequests::Poll(const FrameRef& frame) {
   for (Request& r : requests_) {
     if (!r.active || frame.number <= r.request.frame.number) continue;
+    FollowClock(r.since, r.last_poll.seen() ? r.last_poll : r.since, frame);
     if (r.polls++ == 0) r.first_poll = frame;
     r.last_poll = frame;
   }

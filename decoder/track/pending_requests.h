@@ -32,6 +32,7 @@ class PendingRequests {
     FrameRef last_poll;
     std::uint32_t parts = 0;  ///< of the answer, which is not whole yet
     FrameRef last_part;
+    FrameRef since;  ///< the last part, or the request, by the clock as it was set since then
   };
 
   /// The master wrote something that an error reply may answer.

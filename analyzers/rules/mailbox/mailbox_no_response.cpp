@@ -259,10 +259,12 @@ class MailboxNoResponse final : public Rule {
     if (!e.request.frame.has_time || !e.answer.has_time || e.read_lost) return;
     Pace& pace = PaceOf(e.slave);
     const bool waited = e.last_poll.seen() && e.last_poll.has_time;
-    const TimeNs waited_ns = waited ? Elapsed(e.request.frame.time, e.last_poll.time) : 0;
+    FrameRef since = e.since;
+    const TimeNs waited_ns = waited ? Elapsed(since.time, e.last_poll.time) : 0;
     if (waited_ns < context().Limit("mailbox-no-response", kMailboxAnswerLimit)) {
       ++pace.responses;
-      pace.longest_ns = std::max(pace.longest_ns, Elapsed(e.request.frame.time, e.answer.time));
+      FollowClock(since, waited ? e.last_poll : since, e.answer);
+      pace.longest_ns = std::max(pace.longest_ns, Elapsed(since.time, e.answer.time));
       return;
     }
     if (IsSdo(e.request) && !IsStoring(e.request) && pace.slow.size() < kMostSlow) pace.slow.push_back({e, waited_ns});

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -8,7 +7,6 @@
 #include "analyzers/sync/sync_events.h"
 #include "analyzers/sync/sync_model.h"
 #include "decoder/base/time.h"
-#include "decoder/base/wrapping.h"
 #include "decoder/esc/register_addresses.h"
 #include "decoder/track/access.h"
 #include "decoder/track/events.h"
@@ -91,8 +89,6 @@ Read the system time directly before, and add enough for the rest of the configu
 constexpr TimeNs kLongWait = 10'000'000'000;
 /// A wait of more than this is reported without a request of OP.
 constexpr TimeNs kNeverNs = 3'600'000'000'000;
-/// All longer times count as this.
-constexpr TimeNs kFarNs = TimeNs{1} << 62;
 constexpr TimeNs kDay = 86'400'000'000'000;
 /// System times begin with 2000; those of hosts with 1970.
 constexpr TimeNs kEpochs = 946'684'800'000'000'000;
@@ -116,7 +112,7 @@ class SyncStartInPast final : public Rule {
       return;
     }
     if (!e.read_time_ns) return NotEvaluable(e.slave, ReasonCode::kNotRead, kSystemTime, e.frame.number);
-    const TimeNs ahead = AheadOf(e);
+    const TimeNs ahead = e.Ahead();
     TimeNs late = -ahead;
     if (ahead >= 0) {
       if (!e.since_read_ns) {
@@ -191,17 +187,6 @@ class SyncStartInPast final : public Rule {
     NotEvaluable(id, ReasonCode::kNotInCapture, kStartTime, Of(id).unset->frame.number);
   }
 
-  /// How far ahead the start lies, by the time that was read. Beyond 146 years it is kept there, so that what is added
-  /// to it later fits.
-  static TimeNs AheadOf(const sync::SyncSwitchedOn& e) {
-    return std::clamp(
-        e.low_half_only
-            ? static_cast<std::int32_t>(WrappingDifference(static_cast<std::uint32_t>(*e.start_ns & 0xFFFFFFFFU),
-                                                           static_cast<std::uint32_t>(*e.read_time_ns & 0xFFFFFFFFU)))
-            : static_cast<TimeNs>(WrappingDifference<std::uint64_t>(*e.start_ns, *e.read_time_ns)),
-        -kFarNs, kFarNs);
-  }
-
   void CheckAhead(const sync::SyncSwitchedOn& e, TimeNs ahead) {
     if (ahead - e.uncertainty_ns > kNeverNs) return ReportFar(e, ahead, {});
     if (ahead - e.uncertainty_ns > kLongWait) Of(e.slave).far = Far{e, ahead};
@@ -226,10 +211,10 @@ class SyncStartInPast final : public Rule {
         .Set("low_half", arg::Flag(e.low_half_only));
   }
 
-  /// Long times in years. AheadOf() ends at 146 of them: a number would be none of the capture.
+  /// Long times in years. Ahead() ends at 146 of them: a number would be none of the capture.
   static void SetYears(Finding& finding, std::string_view name, TimeNs time) {
     constexpr TimeNs kYear = 365 * kDay + kDay / 4;
-    if (time >= kFarNs) {
+    if (time >= sync::SyncSwitchedOn::kFarNs) {
       static constexpr Word kMoreThanACentury{"more-than-a-century", "more than 100 years"};
       finding.Set(name, arg::Of(kMoreThanACentury));
     } else if (time > 365 * kDay) {

@@ -4,6 +4,7 @@
 
 #include "analyzers/judge/deferred_findings.h"
 #include "analyzers/judge/mailbox_text.h"
+#include "decoder/base/time.h"
 
 namespace ecaudit {
 namespace {
@@ -20,7 +21,7 @@ FrameRef At(FrameNo number, std::int64_t ms) {
 /// A request at 0 ms, `polls` polls, the last one at `last_ms`, ended by `end` at `end_ms`.
 MailboxUnanswered Wait(std::uint64_t polls, std::int64_t last_ms, MailboxUnanswered::End end, std::int64_t end_ms) {
   MailboxUnanswered event;
-  event.request.frame = At(1, 0);
+  event.request.frame = event.since = At(1, 0);
   event.polls = polls;
   if (polls > 0) event.last_poll = At(10, last_ms);
   event.end = end;
@@ -62,7 +63,7 @@ TEST(MailboxWait, NoFindingIfTheMasterNeverPolledOrTimeIsUnknown) {
   using End = MailboxUnanswered::End;
   EXPECT_EQ(EvaluateWait(Wait(0, 0, End::kNextRequest, 5000), {}, kLimit), WaitVerdict::kNeverPolled);
   MailboxUnanswered event = Wait(5, 2000, End::kNextRequest, 2001);
-  event.request.frame.has_time = false;
+  event.since.has_time = false;
   EXPECT_EQ(EvaluateWait(event, {}, kLimit), WaitVerdict::kNoTime);
 }
 
@@ -73,6 +74,18 @@ TEST(MailboxWait, ALostReadCountsAsAPoll) {
   EXPECT_EQ(EvaluateWait(event, {}, kLimit), WaitVerdict::kUnanswered);
   event.ended = At(20, 2);
   EXPECT_EQ(EvaluateWait(event, {}, kLimit), WaitVerdict::kTooShort) << "the master repeated the request at once";
+}
+
+/// A clock that is set ahead or back between two polls: that time does not count.
+TEST(MailboxWait, TheTimeByWhichTheClockWasSetDoesNotCount) {
+  constexpr std::int64_t kHourMs = 3'600'000;
+  FrameRef since = At(1, 0);
+  FollowClock(since, At(5, 200), At(6, kHourMs + 210));
+  EXPECT_EQ(since.time, (kHourMs + 10) * kMs);
+  FollowClock(since, At(6, kHourMs + 210), At(7, 0));
+  EXPECT_EQ(since.time, -200 * kMs);
+  FollowClock(since, At(7, 0), At(8, 50'000));
+  EXPECT_EQ(since.time, -200 * kMs) << "a master may be that slow";
 }
 
 Finding OddAt(SlaveId slave, FrameNo frame) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -12,6 +13,7 @@
 #include "analyzers/result/progress.h"
 #include "decoder/capture/capture_reader.h"
 #include "tests/support/folders.h"
+#include "tests/support/memory_source.h"
 #include "tests/support/trace_builder.h"
 
 namespace ecaudit {
@@ -19,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-AnalysisResult AnalyseRule(const std::string& trace_of, AnalysisOptions options = {}) {
-  const fs::path path = fs::path(test::SourceDir()) / "tests" / "rules" / (trace_of + ".trace");
+AnalysisResult AnalyseTrace(const std::string& folder, const std::string& trace_of, AnalysisOptions options) {
+  const fs::path path = fs::path(test::SourceDir()) / "tests" / folder / (trace_of + ".trace");
   const auto trace = test::Trace::Load(path.string());
   if (!trace) {
     ADD_FAILURE() << trace.error().message;
@@ -28,6 +30,14 @@ AnalysisResult AnalyseRule(const std::string& trace_of, AnalysisOptions options 
   }
   options.default_profile = "generic";
   return Analyse(*trace->Source(), options);
+}
+
+AnalysisResult AnalyseRule(const std::string& trace_of, AnalysisOptions options = {}) {
+  return AnalyseTrace("rules", trace_of, std::move(options));
+}
+
+AnalysisResult AnalyseReport(const std::string& trace_of) {
+  return AnalyseTrace("reports", trace_of, {});
 }
 
 AnalysisResult AnalyseSample(const std::string& name) {
@@ -131,6 +141,52 @@ TEST(ProgressLadder, FaultInOperationLosesTheRungs) {
   EXPECT_EQ(StatusOf(axis, "no-fault"), "lost");
   EXPECT_EQ(StatusOf(axis, "enabled"), "lost");
   EXPECT_EQ(RuleOf(result, axis, "no-fault"), "drive-setpoint-jump");  // the cause of the fault
+  EXPECT_EQ(WhyOf(axis, "enabled"), "went-into-fault");
+}
+
+TEST(ProgressLadder, DriveThatLeavesOperationByItselfIsInNoFault) {
+  const AnalysisResult result = AnalyseRule("drive-illegal-state-change/violates-4");
+  for (const SlaveSummary& slave : result.slaves) {
+    for (const auto& axis : slave.axes) EXPECT_NE(WhyOf(axis.ladder, "enabled"), "went-into-fault");
+  }
+}
+
+/// Packets from the middle of the process data on, with a clock that was set by that time.
+AnalysisResult AnalyseWithClockSet(const std::string& trace_of, TimeNs by) {
+  const fs::path path = fs::path(test::SourceDir()) / "tests" / "rules" / (trace_of + ".trace");
+  const auto trace = test::Trace::Load(path.string());
+  if (!trace) return {};
+  std::vector<test::Packet> packets = trace->Packets();
+  for (std::size_t i = packets.size() / 2; i < packets.size(); ++i) packets[i].time += by;
+  test::MemorySource source(std::move(packets));
+  AnalysisOptions options;
+  options.default_profile = "generic";
+  return Analyse(source, options);
+}
+
+TEST(ProgressLadder, AClockThatIsSetHidesNothing) {
+  constexpr TimeNs kHour = 3'600'000'000'000;
+  for (const TimeNs by : {TimeNs{-2'000'000'000}, 2 * kHour}) {
+    const AnalysisResult plain = AnalyseRule("drive-not-following/violates-10");
+    const AnalysisResult set = AnalyseWithClockSet("drive-not-following/violates-10", by);
+    const Rung* const rung = AxisOf(set).Find("follows");
+    ASSERT_NE(rung, nullptr);
+    EXPECT_EQ(RuleOf(set, AxisOf(set), "follows"), "drive-not-following") << by;
+    EXPECT_EQ(rung->held_since, AxisOf(plain).Find("follows")->held_since) << by;
+    const AnalysisResult healthy = AnalyseWithClockSet("drive-not-following/complies", by);
+    EXPECT_EQ(AxisOf(healthy).Failed(), nullptr) << by;
+  }
+}
+
+/// Where the start time had passed, no pulse came that frames could come after.
+TEST(ProgressLadder, NoPhaseWithoutPulse) {
+  const AnalysisResult result = AnalyseReport("bus/soem476-start-in-past");
+  ASSERT_EQ(result.slaves.size(), 1U);
+  ASSERT_TRUE(result.slaves[0].dc);
+  EXPECT_FALSE(result.slaves[0].dc->phase);
+  EXPECT_EQ(RuleOf(result, result.slaves[0].progress, "sync"), "sync-start-in-past");
+  const AnalysisResult mended = AnalyseReport("bus/soem476-start-in-past-mended");
+  EXPECT_TRUE(mended.slaves.at(0).dc->phase);
 }
 
 // What stands at the end decides.
