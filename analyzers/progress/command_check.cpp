@@ -226,6 +226,12 @@ bool CommandCheck::Stands(const AxisView& now) const {
   return Magnitude(Apart(*actual_from_, *actual)) * kShare < Magnitude(Apart(*target_from_, *target));
 }
 
+/// The actual value is known, and nothing of what the set point asks for happens.
+bool CommandCheck::Rests(const AxisView& now, Quantity moving) const {
+  if (moving == Quantity::kPosition) return Stands(now);
+  return IsVelocity(moving) && now.Target(moving).value_or(0) != 0 && now.Actual(moving) == 0;
+}
+
 /// Bit 12 answers each edge of bit 4.
 void CommandCheck::Handshake(const AxisView& now, AxisRecords& out) {
   if (now.Status(kAcknowledgeBit) && !acknowledged_before_) waits_acknowledge_ = false;
@@ -290,12 +296,15 @@ void CommandCheck::Mode(const AxisView& now, AxisRecords& out) {
   }
   const Quantity moving = Moving();
   const bool known = enabled_ && now.in_op == InOp::kYes && moving != Quantity::kNone;
-  const bool unselected =
-      known && now.mode_shown == 0 && now.mode_by_sdo.value_or(0) == 0 && now.mode_mapped.value_or(0) == 0 && now.began;
+  // A drive may keep its mode when 0 is written: without 6061h only the actual value shows that it has none.
+  const bool none_shown = now.mode_shown == 0 && now.mode_by_sdo.value_or(0) == 0;
+  const bool none_written = !now.mode_shown && now.mode_by_sdo == 0 && Rests(now, moving);
+  const bool unselected = known && now.mode_mapped.value_or(0) == 0 && now.began && (none_shown || none_written);
   if (const TimeNs held = no_mode_.Hold(unselected, now.frame);
       out.IsDue(AxisFact::kNoMode, no_mode_, held, kModeNs, now.frame, moving)) {
     wanted_ = true;
     AxisRecord record = now.Record(AxisFact::kNoMode, no_mode_.since(), held);
+    record.by_sdo = record.inferred = none_written;
     record.quantity = moving;
     record.c = ObjectOf(moving);
     out.Add(record);

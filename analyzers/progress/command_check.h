@@ -57,6 +57,7 @@ class CommandCheck {
   void Start(const AxisView& now, std::int8_t mode, AxisRecords& out);
   void Handshake(const AxisView& now, AxisRecords& out);
   [[nodiscard]] bool Stands(const AxisView& now) const;
+  [[nodiscard]] bool Rests(const AxisView& now, Quantity moving) const;
   void RampBits(const AxisView& now, AxisRecords& out);
   void Halt(const AxisView& now, std::int8_t mode, AxisRecords& out);
   void Mode(const AxisView& now, AxisRecords& out);

@@ -165,7 +165,8 @@ A broadcast read counts if its result shows the state of every slave. Otherwise 
 
 The rule is not evaluated if a request may be missing in the capture:
 
-- The capture misses many packets (returned frames without an outbound copy, indices that skip).
+- The capture misses many packets (returned frames without an outbound copy, indices that skip). A drop from OP to
+  SAFEOP with a code of watchdog or synchronisation is evaluated: a slave that refuses a request stays in its state.
 - The state dropped without the error bit soon after the capture began, and the capture holds no request.
 - The state dropped without the error bit, and a frame before it is cut by the snap length.
 - The state dropped without the error bit in a long pause, and the indices do not show whether frames are missing there.
@@ -226,6 +227,14 @@ class AlUnexpectedChange final : public Rule {
   }
   void On(const model::AlErrorCode& e) {
     Flush();
+    if (const auto found = undecided_.find(e.slave); found != undecided_.end()) {
+      model::AlChangedByItself change = found->second;
+      change.code = e.code;
+      if (IsProven(change)) {
+        undecided_.erase(found);
+        return ReportChange(change);
+      }
+    }
     if (const FindingIndex index = OpenOf(e.slave); index != kNoFinding) AddCode(index, e.frame, e.code);
   }
   void On(const model::BusAlChanged& e) {
@@ -257,15 +266,18 @@ class AlUnexpectedChange final : public Rule {
   }
   void On(const model::AlErrorCleared& e) {
     Settle();
+    GiveUp(e.slave);
     Close(e.slave, e.frame.number);
   }
   void On(const model::AlAnswered& e) {
     Settle();
+    GiveUp(e.slave);
     Close(e.slave, e.frame.number);
   }
 
   void Finish() override {
     Settle();
+    while (!undecided_.empty()) GiveUp(undecided_.begin()->first);
     if (NotEvaluableWithoutReturns()) return;
     NotEvaluableWhere([](const model::SlaveModel& s) { return s.al.status_reads() < 2; },
                       Reason::Of(ReasonCode::kNotRead, kAlStatusTwice));
@@ -334,9 +346,13 @@ class AlUnexpectedChange final : public Rule {
   }
 
   void ReportChange(const model::AlChangedByItself& e) {
+    GiveUp(e.slave);
     if (e.slave >= open_.size()) open_.resize(static_cast<std::size_t>(e.slave) + 1, kNoFinding);
     Close(e.slave, e.frame.number);
-    if (MissesPackets(context().pairing())) return NotEvaluable(e.slave, ReasonCode::kMissesPackets, e.frame.number);
+    if (MissesPackets(context().pairing()) && !IsProven(e)) {
+      undecided_[e.slave] = e;
+      return;
+    }
     if (e.after_pause && !e.status.bit4()) {
       NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kAlState, e.frame.number);
       return;
@@ -371,6 +387,22 @@ class AlUnexpectedChange final : public Rule {
     open_[e.slave] = index;
     context().store[index].until = Finding::kCaptureEnds;
     if (e.code && e.status.bit4()) AddCode(index, e.frame, *e.code);
+  }
+
+  /// A slave that refuses a request stays in its state. So no missing request explains a drop with such a code.
+  [[nodiscard]] static bool IsProven(const model::AlChangedByItself& e) {
+    const std::uint16_t code = e.code.value_or(0);
+    const bool runs_out = code == esc::al_code::kWatchdog || esc::SpeaksOfSynchronisation(code);
+    return runs_out && e.status.bit4() && !e.error_of_some && !e.before_requested && e.before.state() == kOp &&
+           e.status.state() == kSafeop;
+  }
+
+  /// The code that would prove that no request is missing was not read.
+  void GiveUp(SlaveId slave) {
+    const auto found = undecided_.find(slave);
+    if (found == undecided_.end()) return;
+    NotEvaluable(slave, ReasonCode::kMissesPackets, found->second.frame.number);
+    undecided_.erase(found);
   }
 
   /// Slaves are read by themselves: each has a finding of its own.
@@ -503,7 +535,8 @@ class AlUnexpectedChange final : public Rule {
   std::vector<FindingIndex> open_;                 // of each slave: whose repetitions and code are awaited
   FindingIndex all_ = kNoFinding;                  // all slaves dropped, and none has left that state
   std::map<FindingIndex, Reported> reported_;
-  std::map<SlaveId, FrameNo> late_outputs_;  ///< in OP: where their last pause of half a watchdog ends
+  std::map<SlaveId, model::AlChangedByItself> undecided_;  ///< the capture misses packets, and no code is read yet
+  std::map<SlaveId, FrameNo> late_outputs_;                ///< in OP: where their last pause of half a watchdog ends
 };
 
 const RuleRegistration kRegistration{kInfo, MakeRule<AlUnexpectedChange>};

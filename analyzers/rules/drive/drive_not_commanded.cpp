@@ -64,8 +64,9 @@ constexpr FindingKind kNoMode{
     .name = "no-mode",
     .title = "{changing:number} changes, but no mode of operation is selected",
     .message =
-        R"(The drive is enabled and {changing} changes from {frame} on, for {lasted_ms}. The drive shows mode 0 (6061h,
-{shown_frame}), and the master selects none (6060h).)",
+        R"(The drive is enabled and {changing} changes from {frame} on, for {lasted_ms}. [{!by_sdo}The drive shows mode 0
+(6061h, {shown_frame}), and the master selects none (6060h).][{?by_sdo}The master wrote mode 0 (6060h) by SDO, which is no
+mode. The mode display (6061h) is not in the capture. The actual value does not follow ({shown_frame}).])",
     .next = "Select the mode of operation (6060h) before the drive is enabled.",
     .identity = "changing"};
 
@@ -123,6 +124,8 @@ acknowledge 500 ms.
 - A bit 4 that stays 1 counts while bit 10 (target reached) is 1.
 - Interpolated position without bit 4 counts if the position actual value (6064h) does not move.
 - 6060h counts as overwritten if 6061h shows another mode.
+- Without 6061h in the capture, mode 0 written by SDO counts if the actual value does not follow: inferred. The drive
+  may have kept another mode.
 - A set point that is not mapped may have been written by SDO before, except in the cyclic modes: inferred.
 
 ## Example
@@ -168,6 +171,7 @@ class DriveNotCommanded final : public AxisRule {
         return;
       case progress::AxisFact::kNoMode:
         finding.Set("changing", ObjectOf(record.c));
+        if (record.by_sdo) finding.Set("by_sdo", arg::Flag());
         return;
       case progress::AxisFact::kSetpointNotMapped:
         finding.Set("start_mode", arg::Number(record.a)).Set("needed", ObjectOf(record.b));
