@@ -115,6 +115,17 @@ bool IsBigEndian(ByteSpan bytes, std::size_t offset) {
          IsWholeIfSwapped(bytes, offset, &LittleEndian<std::uint16_t>);
 }
 
+/// The source address. Some slaves exchange both addresses: no station has a group's address to send from, and what
+/// then is the destination is the master. Masters with such a source address (SOEM) send to all or to a group.
+std::uint64_t SenderIn(ByteSpan bytes, const LinkHeader& header) {
+  constexpr std::uint64_t kGroup = std::uint64_t{1} << 40U;
+  constexpr std::uint64_t kSetBySlaves = std::uint64_t{1} << 41U;
+  const std::uint64_t source = Mac(bytes, header.source);
+  if ((source & kGroup) == 0 || !header.destination) return source;
+  const std::uint64_t destination = Mac(bytes, *header.destination);
+  return destination == 0 || (destination & kGroup) != 0 ? source : destination | kSetBySlaves;
+}
+
 /// Takes the record of a probe, the sender and the packet type.
 void ReadLinkHeader(const capture::CapturedFrame& frame, const LinkHeader& header, bool cut, FrameFields& fields) {
   ByteSpan bytes = frame.bytes;
@@ -128,7 +139,7 @@ void ReadLinkHeader(const capture::CapturedFrame& frame, const LinkHeader& heade
     }
   }
   fields.bytes_ = bytes;
-  fields.source_mac_ = Mac(bytes, header.source);
+  fields.source_mac_ = SenderIn(bytes, header);
   const std::size_t size = header.packet_type_bytes;
   if (size == 0 || fields.flag_ != capture::PacketFlag::kNone || !Fits(bytes, header.packet_type, size)) return;
   constexpr unsigned kSentByRecorder = 4;

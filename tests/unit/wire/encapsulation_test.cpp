@@ -79,6 +79,23 @@ TEST(Encapsulation, OnlyBitOneOfTheFirstByteIsTheMacBit) {
   }
 }
 
+TEST(Encapsulation, SlavesThatExchangeAddressesSendBackToTheMaster) {
+  const auto parsed = [](const Bytes& destination, const Bytes& source) {
+    Bytes packet = Ethernet(kEtherCatType, OneDatagram());
+    std::ranges::copy(destination, packet.begin());
+    std::ranges::copy(source, packet.begin() + 6);
+    return Parse(packet).source_mac();
+  };
+  const Bytes kMaster{0xC8, 0xF7, 0x50, 0x50, 0xA0, 0xFF};
+  const Bytes kGroup{0x01, 0x01, 0x05, 0x01, 0x00, 0x00};
+  EXPECT_EQ(parsed(kMaster, kGroup), 0xCAF75050A0FFU);
+  EXPECT_EQ(parsed(kGroup, kMaster), 0xC8F75050A0FFU);
+  // SOEM sends from a group's address.
+  EXPECT_EQ(parsed(Bytes(6, 0xFF), Bytes(6, 0x01)), 0x010101010101U);
+  EXPECT_EQ(parsed(kGroup, Bytes(6, 0x01)), 0x010101010101U);
+  EXPECT_EQ(parsed(Bytes(6, 0x00), Bytes(6, 0x01)), 0x010101010101U);
+}
+
 TEST(Encapsulation, VlanTags) {
   const struct {
     Bytes tags;
