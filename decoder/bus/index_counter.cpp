@@ -51,7 +51,8 @@ void IndexCounter::LearnEnd(std::uint8_t begin) noexcept {
   const bool same = ends_ > 0 && AtEnd() && begin == begin_;
   ends_ = same ? static_cast<std::uint8_t>(std::min(ends_ + 1, 255)) : std::uint8_t{1};
   if (same) return;
-  end_ = last_;
+  // Where not each datagram has a number, the last one may hold anything.
+  end_ = each_ ? last_ : last_first_;
   begin_ = begin;
 }
 

@@ -78,21 +78,20 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
     Skip();
     return Step::kUnknown;
   }
-  const std::uint8_t first = frame[0].index();
-  const std::uint8_t last = frame[frame.size() - 1].index();
+  const auto [first, last] = NumbersOf(frame);
   loose_ = continued_ = false;
-  const bool same = any_ && first == last_first_;
+  const bool same = any_ && first == last_.first;
   repeats_ = same;
   if (repeats && same) return Step::kUnknown;
   was_next_ = false;
   const bool any = std::exchange(any_, true);
-  const Left before{std::exchange(last_first_, first), std::exchange(last_last_, last)};
+  const FrameNumbers before = std::exchange(last_, FrameNumbers{first, last});
   const std::size_t number = KindOf(frame);
   Kind& kind = kinds_[number];
   Counter& half = halves_[IsLogical(number) ? 0 : 1];
   std::uint32_t& share_all = share_all_[IsLogical(number) ? 0 : 1];
   Verdict verdict;
-  const Evidence by_all = Ask(all_, first, last, verdict, [&] {
+  const Evidence by_all = Ask(all_, first, last, verdict, [&, first = first] {
     return kind.in_all >= kProven || std::popcount(share_all) >= kProvenKinds || SharesLikeOthers(number, first);
   });
   Prove(by_all, kind.in_all);
@@ -120,6 +119,13 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   Prove(by_half, kind.in_half);
   if (verdict.next) span_ = half.indices.round();
   const bool next_in_half = verdict.next;
+  // Until the master also sent frames of the other half, one counter was that of all.
+  if (next_in_half && verdict.broken) {
+    kind.in_all = 0;
+    share_all = 0;
+  }
+  // A kind that has the counter of its half is near that of all by coincidence.
+  if (kind.in_half >= kProven && by_half != Evidence::kOdd) verdict.few = false;
   const Evidence by_own = Ask(kind.own, first, last, verdict, [] { return true; });
   continued_ = by_all == Evidence::kFollows || by_half == Evidence::kFollows || by_own == Evidence::kFollows;
   loose_ = any && !same && !same_in_half && !same_of_kind && !continued_;
@@ -139,13 +145,13 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
 }
 
 bool IndexSequence::restarts() const noexcept {
-  return any_ && (all_.indices.IsBegin(last_first_) ||
-                  std::ranges::any_of(halves_, [&](const Counter& half) { return half.indices.IsBegin(last_first_); }));
+  return any_ && (all_.indices.IsBegin(last_.first) ||
+                  std::ranges::any_of(halves_, [&](const Counter& half) { return half.indices.IsBegin(last_.first); }));
 }
 
 bool IndexSequence::IsNext(const wire::FrameView& frame) const noexcept {
   if (frame.empty()) return false;
-  const std::uint8_t first = frame[0].index();
+  const std::uint8_t first = NumbersOf(frame).first;
   const std::size_t number = KindOf(frame);
   const auto continues = [&](const Counter& counter) {
     return counter.break_ == break_ && counter.indices.IsRegular() && counter.indices.IsNext(first);
@@ -167,7 +173,7 @@ bool IndexSequence::NumbersAny() const noexcept {
 }
 
 bool IndexSequence::IsAfter(const wire::FrameView& frame, std::uint64_t count) const noexcept {
-  return any_ && !frame.empty() && all_.indices.IsAfter(frame[0].index(), count);
+  return any_ && !frame.empty() && all_.indices.IsAfter(NumbersOf(frame).first, count);
 }
 
 }  // namespace ecaudit::bus

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "decoder/bus/frame_numbers.h"
 #include "decoder/bus/index_counter.h"
 #include "decoder/wire/frame_view.h"
 
@@ -101,24 +102,13 @@ class IndexSequence {
   [[nodiscard]] bool SharesLikeOthers(std::size_t kind, std::uint8_t first) const noexcept;
   static void Prove(Evidence evidence, std::uint8_t& proven) noexcept;
 
-  /// First and last index of a frame.
-  struct Left {
-    std::uint8_t first;
-    std::uint8_t last;
-
-    [[nodiscard]] bool IsBefore(std::uint8_t index) const noexcept {
-      return index == static_cast<std::uint8_t>(first + 1U) || index == static_cast<std::uint8_t>(last + 1U);
-    }
-  };
-
   bool any_ = false;
   bool loose_ = false;
   bool continued_ = false;
   bool repeats_ = false;
   bool was_next_ = false;
-  std::uint8_t last_first_ = 0;  ///< of the first datagram of the last frame
-  std::uint8_t last_last_ = 0;   ///< ... and of its last one
-  std::optional<Left> left_;     ///< of the frame before the last one that did not continue the counter of all
+  FrameNumbers last_;
+  std::optional<FrameNumbers> left_;  ///< of the frame before the last one that did not continue the counter of all
   std::uint8_t since_left_ = 0;  ///< frames since then, at most kShortTurn + 1
   std::uint8_t turns_ = 0;       ///< at most kTurns
   std::uint32_t span_ = 1;

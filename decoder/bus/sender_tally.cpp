@@ -5,6 +5,7 @@
 
 #include "decoder/base/time.h"
 #include "decoder/base/wrapping.h"
+#include "decoder/bus/frame_numbers.h"
 
 namespace ecaudit::bus {
 
@@ -68,8 +69,9 @@ void Repetitions::Add(const wire::FrameView& frame) noexcept {
   for (const std::uint8_t byte : frame.payload()) {
     content = WrappingProduct(content ^ byte, std::uint64_t{0x100000001B3});
   }
+  const std::uint8_t number = NumbersOf(frame).first;
   const bool same = std::exchange(content_, content) == content;
-  const bool other_index = std::exchange(index, frame[0].index()) != frame[0].index();
+  const bool other_index = std::exchange(index, number) != number;
   const FrameRef before = std::exchange(last, frame.ref());
   was_only_broadcast = IsOnlyBroadcast(frame);
   if (!before.seen()) return;

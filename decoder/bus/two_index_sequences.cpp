@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "decoder/bus/direction.h"
+#include "decoder/bus/frame_numbers.h"
 #include "decoder/esc/register_addresses.h"
 
 namespace ecaudit::bus {
@@ -34,7 +35,7 @@ std::size_t TwoIndexSequences::SequenceOf(std::uint8_t index) const noexcept {
 
 void TwoIndexSequences::FollowSent(const wire::FrameView& frame) noexcept {
   if (frame.empty()) return;
-  const std::uint8_t first = frame[0].index();
+  const auto [first, last] = NumbersOf(frame);
   sent_key_ = frame.key();
   const std::size_t number = SequenceOf(first);
   if (number == sequences_.size()) {
@@ -53,7 +54,7 @@ void TwoIndexSequences::FollowSent(const wire::FrameView& frame) noexcept {
   ++own.frames;
   own.last = frame.ref();
   own.first_index = first;
-  own.last_index = frame[frame.size() - 1].index();
+  own.last_index = last;
   // What begins with process data sets nothing up.
   if (!wire::IsLogical(frame[0].command())) own.set_up_positions |= PositionsSetUp(frame);
 }

@@ -82,7 +82,7 @@ std::string Difference(const Verdict& before, const Verdict& after, Keeps keeps)
 constexpr std::size_t kMostPackets = 30'000;
 constexpr std::size_t kLeastLaws = 2;
 /// Laws that stand beside each other are alike.
-constexpr std::size_t kStep = 7;
+constexpr std::size_t kStep = 11;
 
 std::uint32_t Hash(std::string_view name) {
   std::uint32_t hash = 2'166'136'261;

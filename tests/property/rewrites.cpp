@@ -54,7 +54,10 @@ struct Place {
   std::uint32_t datagrams = 0;  ///< sent before it
   std::uint32_t of_half = 0;    ///< frames with process data before it, or frames without
   bool cyclic = false;
+  std::uint32_t process_data = 0;  ///< the last datagram with process data; 0 where there is none
 };
+
+constexpr std::uint8_t kLrd = 10, kLrw = 12;
 
 /// @param scheme index of datagram k in a frame
 template <typename Scheme>
@@ -70,6 +73,10 @@ std::vector<Packet> Renumber(NumberedPackets numbered, Scheme scheme) {
     const auto [place, is_new] = places.try_emplace(numbered.frames[i], next);
     if (is_new) {
       place->second.cyclic = part->cyclic;
+      for (std::uint32_t k = 0; k < part->count(); ++k) {
+        const std::uint8_t command = packet.bytes[part->datagrams[k]];
+        if (command >= kLrd && command <= kLrw) place->second.process_data = k;
+      }
       place->second.of_half = halves[part->cyclic ? 1 : 0]++;
       ++next.number;
       next.datagrams += static_cast<std::uint32_t>(part->count());
@@ -114,6 +121,13 @@ Result RoundOfHundred(const WireCapture& c) {
 Result TwoCounters(const WireCapture& c) {
   return Numbered(c,
                   [](const Place& p, std::uint32_t) { return p.cyclic ? p.of_half % 0x80 : 0x80 + p.of_half % 0x80; });
+}
+/// TwinCAT: a counter for process data, which stands in one of their datagrams, and one for all else.
+Result ProcessDataNumbered(const WireCapture& c) {
+  return Numbered(c, [](const Place& p, std::uint32_t k) {
+    if (k != (p.cyclic ? p.process_data : 0)) return std::uint32_t{0};
+    return p.cyclic ? p.of_half : 0x80 + p.of_half % 0x80;
+  });
 }
 Result InStepsOfSeven(const WireCapture& c) {
   return Numbered(c, [](const Place& p, std::uint32_t k) { return p.number * 7 + k; });
@@ -205,17 +219,41 @@ Result PaddedTo60(const WireCapture& capture) {
 
 // ---------------------------------------------------------------------------------------------- around the frames
 
+/// Its addresses stand at the beginning. Also of frames that no slave can read: the address shows whose they are.
+bool HasPlainAddresses(const Packet& packet) {
+  const std::optional<EtherCatPart> part = FindEtherCat(packet);
+  if (part) return part->plain;
+  return packet.link_type == 1 && packet.bytes.size() >= kEthernetHeader && packet.bytes[12] == 0x88 &&
+         packet.bytes[13] == 0xA4;
+}
+
 Result OtherMacs(const WireCapture& capture) {
   return Each(capture, [](Packet& packet) {
-    const std::optional<EtherCatPart> part = FindEtherCat(packet);
-    // Also of frames that no slave can read: the address says whose they are.
-    const bool unreadable = !part && packet.link_type == 1 && packet.bytes.size() >= kEthernetHeader &&
-                            packet.bytes[12] == 0x88 && packet.bytes[13] == 0xA4;
-    if (part ? !part->plain : !unreadable) return;
+    if (!HasPlainAddresses(packet)) return;
     // Two senders stay two, and the bit that slaves set stays as it is.
     constexpr std::uint8_t kOthers[6] = {0x10, 0x1B, 0x21, 0x44, 0x55, 0x66};
     for (std::size_t i = 0; i < 6; ++i) packet.bytes[6 + i] ^= kOthers[i];
   });
+}
+
+/// Slaves that send back from the group's address to that of the master.
+Result MacsExchanged(const WireCapture& capture) {
+  constexpr std::array<std::uint8_t, 6> kMaster{0x00, 0x1B, 0x21, 0x44, 0x55, 0x66};
+  constexpr std::array<std::uint8_t, 6> kGroup{0x01, 0x01, 0x05, 0x01, 0x00, 0x00};
+  std::optional<std::uint64_t> sender;
+  bool one_sender = true;
+  std::vector<Packet> packets = Each(capture, [&](Packet& packet) {
+    if (!HasPlainAddresses(packet)) return;
+    std::uint64_t mac = 0;
+    for (std::size_t i = 6; i < 12; ++i) mac = mac << 8U | packet.bytes[i];
+    const bool returned = (mac >> 41U & 1U) != 0;
+    mac &= ~(std::uint64_t{1} << 41U);
+    one_sender = one_sender && mac == sender.value_or(mac);
+    sender = mac;
+    std::ranges::copy(returned ? kMaster : kGroup, packet.bytes.begin());
+    std::ranges::copy(returned ? kGroup : kMaster, packet.bytes.begin() + 6);
+  });
+  return one_sender ? Result(std::move(packets)) : std::nullopt;
 }
 
 Result TwoTags(const WireCapture& capture) {
@@ -436,6 +474,7 @@ constexpr RewriteLaw kLaws[] = {
     {"others 0xFF", FirstNumberedOthersFf, Keeps::kAll, true},
     {"a round of a hundred", RoundOfHundred, Keeps::kAll, true},
     {"two counters", TwoCounters, Keeps::kAll, true},
+    {"process data numbered, others 0", ProcessDataNumbered, Keeps::kAll, true},
     {"in steps of seven", InStepsOfSeven, Keeps::kAll, true},
     {"without order", WithoutOrder, Keeps::kSaid, true},
     {"leaves out five numbers", LeavesOutFiveOnce, Keeps::kRules, true},
@@ -445,6 +484,7 @@ constexpr RewriteLaw kLaws[] = {
     {"padded to 60", PaddedTo60},
     {"length of the whole frame", LengthOfTheWholeFrame},
     {"other MACs", OtherMacs},
+    {"MACs exchanged by the slaves", MacsExchanged},
     {"two tags", TwoTags},
     {"in UDP", InUdp},
     {"with FCS", WithFcs},

@@ -27,6 +27,20 @@ struct Sent {
 
 /// One character a frame, as `look` has it of the sequence and of the step that the frame is.
 template <class Look>
+std::string FollowAll(const Trace& trace, const Look& look) {
+  const std::vector<Packet> packets = trace.Packets();
+  MemorySource source(packets);
+  IndexSequence sequence;
+  capture::CapturedFrame packet;
+  std::string out;
+  while (source.Next(packet) == capture::ReadStatus::kFrame) {
+    const IndexSequence::Step step = sequence.Follow(wire::FrameView::Parse(packet), false);
+    out += look(sequence, step);
+  }
+  return out;
+}
+
+template <class Look>
 std::string Each(const std::vector<Sent>& frames, const Look& look) {
   Trace trace;
   for (const Sent& sent : frames) {
@@ -47,17 +61,9 @@ std::string Each(const std::vector<Sent>& frames, const Look& look) {
     }
     frame.Index(sent.index).Lost();
   }
-  const std::vector<Packet> packets = trace.Packets();
-  MemorySource source(packets);
-  IndexSequence sequence;
-  capture::CapturedFrame packet;
-  std::string out;
-  while (source.Next(packet) == capture::ReadStatus::kFrame) {
-    const IndexSequence::Step step = sequence.Follow(wire::FrameView::Parse(packet), false);
-    out += look(sequence, step);
-  }
-  return out;
+  return FollowAll(trace, look);
 }
+
 
 /// '.' unknown, 'n' next, 'B' broken; a few numbers further are unknown.
 std::string Follow(const std::vector<Sent>& frames) {
@@ -188,6 +194,37 @@ TEST(IndexCounter, NumberingEachDatagramHasNoGapsAndShowsThem) {
       }
     }
   }
+}
+
+/// As TwinCAT numbers: the first datagram of acyclic frames from 80h to FFh, of cyclic frames the outputs, and no other
+/// one.  @param left_out  cyclic frame that the capture misses, with the one after it
+std::string AsTwinCat(std::size_t left_out) {
+  Trace trace;
+  unsigned acyclic_frames = 1;
+  for (std::size_t i = 0; i < 2000; ++i) {
+    // A start-up, then polls now and then.
+    for (int polls = i == 0 ? 40 : i % 7 == 3 ? 1 : 0; polls > 0; --polls) {
+      const auto index = static_cast<std::uint8_t>(0x80 + acyclic_frames++ % 0x80);
+      trace.After(10).Fprd(0x1001, 0x0300, {0}).Index(index).Fprd(0x1002, 0x0300, {0}).Index(0).Lost();
+    }
+    if (i == left_out || i == left_out + 1) continue;
+    auto& frame = trace.After(1000);
+    frame.Lrd(0x9000000, {1}).Index(0);
+    frame.Lrw(0x1000000, Bytes(8, 0), Bytes(8, 1)).Index(static_cast<std::uint8_t>(i));
+    frame.Brd(0x0130, {8, 0}).Index(0).Lost();
+  }
+  return FollowAll(trace, [](const IndexSequence&, IndexSequence::Step step) {
+    return step == IndexSequence::Step::kNext ? 'n' : step == IndexSequence::Step::kBroken ? 'B' : '.';
+  });
+}
+
+TEST(IndexSequence, NumbersMayStandInTheOutputsOnly) {
+  const std::string whole = AsTwinCat(5000);
+  EXPECT_EQ(Broken(whole), 0U) << whole;
+  // Both counters have restarted.
+  const std::string later = whole.substr(1100);
+  EXPECT_EQ(std::count(later.begin(), later.end(), 'n'), static_cast<std::ptrdiff_t>(later.size())) << later;
+  EXPECT_EQ(Broken(AsTwinCat(1500)), 1U);
 }
 
 TEST(IndexSequence, WhatIsNoOrderShowsNothing) {
