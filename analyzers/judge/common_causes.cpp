@@ -246,6 +246,19 @@ bool CountedMeanwhile(const Finding& effect, const Finding& cause) {
   return BegunBy(cause) <= effect.last.number && effect.first.number <= cause.last.number;
 }
 
+/// The slave counted that a link was lost, and no damaged frame.
+bool IsOnlyLostLink(const RuleContext&, const Finding& effect) {
+  const bool damaged = effect.arguments.Has("invalid_frames_after") || effect.arguments.Has("receive_errors_after") ||
+                       effect.arguments.Has("forwarded_errors_after");
+  return (effect.arguments.Has("lost_links_after") && !damaged) || effect.kind->name == "link-lost";
+}
+
+/// The slaves left between the two reads of the effect.
+bool LiesBetweenReads(const Finding& effect, const Finding& cause) {
+  const auto since = NumberOf(effect, "since_frame");
+  return since && static_cast<FrameNo>(*since) <= cause.first.number && cause.kind->name == "fewer";
+}
+
 /// The AL status code is one of `codes`.
 bool HasCode(const Finding& effect, std::initializer_list<esc::al_code::Code> codes) {
   const auto code = NumberOf(effect, "al_status_code");
@@ -607,6 +620,7 @@ constexpr std::array kLaws{
     Law{"sm-mailbox-config", "bus-duplicate-address", kLater, nullptr, Bus::kNo, Precedes},
     Law{"al-unexpected-change", "wkc-mismatch", -1, NamesSynchronisationOrWatchdog, Bus::kNo, WasAway},
     Law{"al-error-standing", "bus-slave-count-changed", -1, nullptr, Bus::kYes},
+    Law{"bus-link-errors", "bus-slave-count-changed", -1, IsOnlyLostLink, Bus::kGoesOn, LiesBetweenReads},
     Law{"sync-drift-uncompensated", "bus-slave-count-changed", kSoon, IsReferenceAway, Bus::kBoth},
     Law{"sync-drift-uncompensated", "wkc-mismatch", kSoon, IsReferenceAway, Bus::kBoth},
     Law{"sync-drift-uncompensated", "wkc-mismatch", kSoon, IsReferenceAway, Bus::kEffect},

@@ -144,6 +144,7 @@ class BusSlaveCountChanged final : public Rule {
   }
 
   void On(const track::SlaveCount& e) {
+    left_ = {};
     if (e.first || !in_use_) return;
     const Change before = std::exchange(last_, Change{e.previous, e.count, e.frame.number, kNoFinding});
     const bool back = before.to == e.previous && before.from == e.count && e.frame.number - before.frame <= kBrief;
@@ -199,7 +200,6 @@ class BusSlaveCountChanged final : public Rule {
     }
     if (e.count > e.previous) finding.caused_by = drop_;  // the slaves that left have returned
     const FindingIndex index = Report(key, std::move(finding));
-    left_ = {};
     if (fewer) {
       drop_ = index;
       more_ = {};
