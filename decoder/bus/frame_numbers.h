@@ -18,8 +18,8 @@ struct FrameNumbers {
   }
 };
 
-/// Some masters number each datagram. Others number one of a frame, and leave 0 in the others: TwinCAT numbers the first
-/// one of acyclic frames, and of cyclic ones a datagram of process data, wherever it stands.
+/// Some masters number each datagram. Others number one of a frame, and leave 0 in the others: TwinCAT numbers the
+/// first one of acyclic frames, and of cyclic ones a datagram of process data, wherever it stands.
 /// @param frame  not empty
 [[nodiscard]] inline FrameNumbers NumbersOf(const wire::FrameView& frame) noexcept {
   const std::uint8_t first = frame[0].index();

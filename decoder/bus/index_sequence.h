@@ -109,8 +109,8 @@ class IndexSequence {
   bool was_next_ = false;
   FrameNumbers last_;
   std::optional<FrameNumbers> left_;  ///< of the frame before the last one that did not continue the counter of all
-  std::uint8_t since_left_ = 0;  ///< frames since then, at most kShortTurn + 1
-  std::uint8_t turns_ = 0;       ///< at most kTurns
+  std::uint8_t since_left_ = 0;       ///< frames since then, at most kShortTurn + 1
+  std::uint8_t turns_ = 0;            ///< at most kTurns
   std::uint32_t span_ = 1;
   std::uint32_t skipped_ = 0;
   std::uint32_t break_ = 0;  ///< counts places after which no counter need go on

@@ -147,8 +147,8 @@ class FrameView : private FrameFields {
   [[nodiscard]] capture::PacketFlag flag() const { return flag_; }
   [[nodiscard]] Encapsulation encapsulation() const { return encapsulation_; }
   [[nodiscard]] std::uint8_t vlan_tags() const { return vlan_tags_; }
-  /// Source MAC as a number, first byte on the wire in bits 47-40; 0 when the link type has none. Where a slave exchanged
-  /// source and destination, that of the master as slaves return it: see mac_bit().
+  /// Source MAC as a number, first byte on the wire in bits 47-40; 0 when the link type has none. Where a slave
+  /// exchanged source and destination, that of the master as slaves return it: see mac_bit().
   [[nodiscard]] std::uint64_t source_mac() const { return source_mac_; }
   /// Locally-administered bit of the source MAC: every ESC sets it, so "has passed a slave" - unless the master's own
   /// address has it.

@@ -64,7 +64,6 @@ std::string Each(const std::vector<Sent>& frames, const Look& look) {
   return FollowAll(trace, look);
 }
 
-
 /// '.' unknown, 'n' next, 'B' broken; a few numbers further are unknown.
 std::string Follow(const std::vector<Sent>& frames) {
   return Each(frames, [](const IndexSequence&, IndexSequence::Step step) {
