@@ -22,11 +22,13 @@ struct FrameNumbers {
 /// first one of acyclic frames, and of cyclic ones a datagram of process data, wherever it stands.
 /// @param frame  not empty
 [[nodiscard]] inline FrameNumbers NumbersOf(const wire::FrameView& frame) noexcept {
+  const std::size_t size = frame.size();
   const std::uint8_t first = frame[0].index();
-  const std::uint8_t last = frame[frame.size() - 1].index();
-  if (first != 0) return {first, last};
+  const std::uint8_t last = frame[size - 1].index();
+  // Not 0, or each datagram has the number after that of the one before.
+  if (first != 0 || (size == 2 && last == 1)) return {first, last};
   std::uint8_t only = 0;
-  for (std::size_t i = 1; i < frame.size(); ++i) {
+  for (std::size_t i = 1; i < size; ++i) {
     const std::uint8_t index = frame[i].index();
     if (index == 0) continue;
     if (only != 0) return {first, last};
