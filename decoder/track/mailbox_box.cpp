@@ -28,6 +28,7 @@ bool MailboxBox::Configure(EscAddress new_start, std::uint16_t new_length, Mailb
 void MailboxBox::Begin(const FrameRef& frame, Acceptance of) {
   first = frame;
   acceptance = of;
+  answered = false;
 }
 
 std::optional<ByteSpan> MailboxBox::Add(const SlaveAccess& access, ByteSpan data) {

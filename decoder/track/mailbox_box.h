@@ -20,7 +20,8 @@ struct MailboxBox {
   EscAddress start = 0;
   std::uint16_t length = 0;
   MailboxUse use = MailboxUse::kUnknown;
-  bool open = false;  ///< the first byte was accessed, the last not yet
+  bool open = false;      ///< the first byte was accessed, the last not yet
+  bool answered = false;  ///< since then the slave gave a message: perhaps the answer to this one
   bool counter_known = false;
   std::uint8_t counter = 0;
   bool has_last = false;  ///< last message, for recognising repetitions

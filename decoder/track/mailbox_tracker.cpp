@@ -213,7 +213,7 @@ void MailboxTracker::OnUnconfiguredRead(const SlaveAccess& access) {
 void MailboxTracker::Assemble(MailboxBox& box, Direction direction, const SlaveAccess& access, ByteSpan data) {
   if (access.address <= box.start) {
     // A read from the first byte again only reads the same message once more; a write begins another one.
-    if (box.open && direction == Direction::kOut) DeliverIncomplete(access);
+    if (box.open && !box.answered && direction == Direction::kOut) DeliverIncomplete(access);
     box.Begin(direction == Direction::kOut && access.sent.seen() ? access.sent : access.frame(), access.acceptance);
   }
   if (const auto whole = box.Add(access, data)) Deliver(box, direction, *whole, access);
@@ -348,6 +348,8 @@ void MailboxTracker::Deliver(MailboxBox& box, Direction direction, ByteSpan byte
   if (direction == Direction::kIn) {
     const std::uint8_t request_counter = protocols_.pending().LatestCounter();
     message.counter_echoes_request = request_counter != 0 && request_counter == message.header.counter;
+    // The capture may miss the access to the last byte of what it answers.
+    out_.answered = true;
     repeats_.End();
   }
   box.Delivered(message, hash);

@@ -1,5 +1,6 @@
 #include <optional>
 
+#include "analyzers/judge/lossy_capture.h"
 #include "analyzers/judge/mailbox_text.h"
 #include "analyzers/judge/rule.h"
 #include "analyzers/judge/rule_context.h"
@@ -88,6 +89,7 @@ The bytes of the message as they were written or read decide. Not evaluated are:
 - bits that the vendor manuals call reserved but that the standard defines (the counter)
 - slaves whose mailbox sync managers were set before the capture: messages are then recognised by their contents, so
   malformed ones are not found
+- the last byte of a message, if the capture misses packets, or if the slave gives a message before the next one begins
 
 ## Example
 A request with length 0, or a request of 10 bytes whose SDO part ends after the command.
@@ -109,6 +111,9 @@ class MailboxMalformed final : public Rule {
       NotEvaluable(m.slave, ReasonCode::kNotInCapture, kMailboxSettings, m.frame().number);
     }
     if (m.problem == mailbox::Problem::kNone || m.repeated) return;
+    if (m.problem == mailbox::Problem::kNotCompleted && MissesAny(context().pairing())) {
+      return NotEvaluable(m.slave, ReasonCode::kMissesPackets, m.frame().number);
+    }
     const std::uint64_t key = static_cast<std::uint64_t>(m.problem) | static_cast<std::uint64_t>(m.direction) << 8U |
                               static_cast<std::uint64_t>(m.header.protocol) << 16U;
     if (Repeat(m.slave, key, m.frame()) != kNoFinding) return;
