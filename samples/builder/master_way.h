@@ -25,6 +25,7 @@ struct Numbering {
   Counter all{};
   Others others = Others::kSame;
   std::optional<Counter> cyclic{};               ///< frames with process data count here instead
+  bool in_process_data = false;                  ///< in these the number stands in the last datagram of such data
   std::optional<std::uint8_t> while_scanning{};  ///< carried by all frames of a scan
   bool restarts = false;                         ///< at `first`, when a scan is done
 };

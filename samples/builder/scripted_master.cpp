@@ -67,8 +67,12 @@ void ScriptedMaster::NumberDatagrams(Datagrams& datagrams, bool cyclic) {
     return *last;
   };
   const std::uint8_t first = next();
+  std::size_t numbered = 0;
+  for (std::size_t i = 0; apart && numbering.in_process_data && i < datagrams.size(); ++i) {
+    if (CmdIsLogical(datagrams[i].command)) numbered = i;
+  }
   for (std::size_t i = 0; i < datagrams.size(); ++i) {
-    if (i == 0 || numbering.others == Numbering::Others::kSame) {
+    if (i == numbered || numbering.others == Numbering::Others::kSame) {
       datagrams[i].index = first;
     } else {
       datagrams[i].index = numbering.others == Numbering::Others::kCounted ? next() : std::uint8_t{0};

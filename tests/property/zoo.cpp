@@ -28,7 +28,7 @@ std::string Describe(const MasterWay& way) {
   const samples::Grouping& group = way.grouping;
   std::string text = "indices " + number(way.numbering.all.first) + "-" + number(way.numbering.all.last) + " others " +
                      number(way.numbering.others);
-  if (way.numbering.cyclic) text += " cyclic apart";
+  if (way.numbering.cyclic) text += way.numbering.in_process_data ? " cyclic in process data" : " cyclic apart";
   if (way.numbering.while_scanning) text += " none while scanning";
   if (way.padding.even) text += ", even";
   if (way.padding.least != 0) text += ", least " + number(way.padding.least);
