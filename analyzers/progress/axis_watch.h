@@ -61,10 +61,12 @@ class AxisWatch {
   }
   [[nodiscard]] const AxisView& now() const { return now_; }
   [[nodiscard]] const AxisRecords& records() const { return records_; }
-  /// Calls `visit(frame)` for each frame that the records and rungs name.
+  /// Calls `visit(frame)` for each frame that the records, rungs and odd bits name.
   template <class Visit>
   void ForEachFrame(Visit visit) {
     records_.ForEachFrame(visit);
+    visit(reserved_control_.frame);
+    visit(odd_status_.frame);
     for (Span* const span : {&without_fault_, &voltage_, &enabled_, &mode_}) {
       visit(span->since);
       visit(span->lost);

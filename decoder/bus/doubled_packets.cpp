@@ -15,6 +15,8 @@ namespace {
 constexpr std::int64_t kTogetherNs = 200'000;
 /// Minimum of frames that appear twice, besides nine of ten.
 constexpr std::uint32_t kLeastTwice = 8;
+/// Had the master sent both copies, both would have returned: two for each that was sent, and not up to three for two.
+constexpr std::uint32_t kMostReturns = 3, kOfSent = 2;
 
 std::uint64_t WholeContent(const wire::FrameView& frame) {
   std::uint64_t hash = frame.source_mac();
@@ -62,8 +64,9 @@ void DoubledPackets::Finish() noexcept {
   const auto many = [](const Count& count) { return count.once >= kLeastTwice && count.twice >= kLeastTwice; };
   if (taken_.twice >= kLeastTwice && nearly_all(taken_) && (others_.once < kLeastTwice || nearly_all(others_))) {
     twice_ = Twice::kAll;
-  } else if (many(sent_) && nearly_all(sent_) && taken_.once >= kLeastTwice && taken_.once / 3 <= sent_.once / 2) {
-    twice_ = Twice::kSent;  // had the master sent both, both would have returned
+  } else if (many(sent_) && nearly_all(sent_) && taken_.once >= kLeastTwice &&
+             taken_.once / kMostReturns <= sent_.once / kOfSent) {
+    twice_ = Twice::kSent;
   }
   window_ = {};
   sent_window_ = {};

@@ -39,7 +39,8 @@ constexpr FindingKind kError{
     .title = "Error ({error}) is 1: the terminal does not move its motor",
     .message =
         R"(From {frame} on, for {lasted_ms} ({shown_frame}), Error ({error}) is 1 while the master commands the
-motor.[{?began} It rose in {frame}.][{?reset_stands} Reset ({reset}) is 1 all the time, and an error is reset by its rising edge.])",
+motor.[{?began} It rose in {frame}.][{?reset_stands} Reset ({reset}) is 1 all the time, and an error is reset by its
+rising edge.])",
     .next =
         "Read the diagnosis of the terminal (A000h and following objects, 10F3h) and correct its cause. Then set Reset "
         "({reset}) from 0 to 1.",
