@@ -13,9 +13,9 @@ constexpr std::uint32_t kProcessMemory = 0x0F00;  // lower addresses are registe
 /// A slow task exchanges its process data more often.
 constexpr TimeNs kLong = 500'000'000;
 
-bool MapsMailbox(const track::SlaveState& state, const esc::Fmmu& fmmu) {
+bool MapsMailbox(const track::KnownFmmus& known, const esc::Fmmu& fmmu) {
   for (std::size_t n = 0; n < esc::kMaxSyncManagers; ++n) {
-    const auto manager = state.sync_manager(n, Certainty::kInferred);
+    const auto& manager = known.managers[n];
     if (manager && esc::IsMailbox(n, *manager) && manager->Touches(fmmu.physical_start, fmmu.length)) return true;
   }
   return false;
@@ -31,18 +31,19 @@ void ExchangeWatch::FindMapped(const track::LogicalAccess& access, const track::
   for (std::size_t s = 0; s < network.slaves().size(); ++s) {
     const auto id = static_cast<SlaveId>(s);
     if (network.slaves()[id].replaced) continue;
-    const track::SlaveState& state = network.state(id);
-    for (const auto& [number, fmmu] : network.fmmus(id).active) {
+    const track::KnownFmmus& known = network.fmmus(id);
+    for (const auto& [number, fmmu] : known.active) {
       if (fmmu.bit_count() == 0 || fmmu.physical_start < kProcessMemory) continue;
-      if ((!fmmu.reads() && !fmmu.writes()) || MapsMailbox(state, fmmu)) continue;
+      if ((!fmmu.reads() && !fmmu.writes()) || MapsMailbox(known, fmmu)) continue;
       const esc::BitRange bits = fmmu.logical_bits();
       Mapped& now = mapped_.emplace_back(Mapped{id, fmmu.writes(), bits.first / 8, (bits.end() + 7) / 8,
                                                 MemoryRange::Of(fmmu.physical_start, fmmu.length),
-                                                state.fmmu_since[number], false});
+                                                network.state(id).fmmu_since[number], false});
       // That the FMMUs of another slave changed does not undo what was exchanged.
-      now.touched = std::ranges::any_of(before, [&](const Mapped& m) {
-        return m.touched && m.slave == now.slave && m.outputs == now.outputs && m.begin == now.begin &&
-               m.end == now.end && m.set == now.set;
+      const auto first = std::ranges::lower_bound(before, id, {}, &Mapped::slave);
+      const auto end = std::ranges::upper_bound(before, id, {}, &Mapped::slave);
+      now.touched = std::any_of(first, end, [&](const Mapped& m) {
+        return m.touched && m.outputs == now.outputs && m.begin == now.begin && m.end == now.end && m.set == now.set;
       });
     }
   }
