@@ -44,7 +44,7 @@ inline constexpr std::uint64_t kMissesManyOneIn = 10;
 
 /// True when it misses at least one.
 [[nodiscard]] inline bool MissesAny(const bus::PairingStatistics& pairing) {
-  return pairing.missed_outbound + pairing.gaps > 0;
+  return pairing.missed_outbound + pairing.gaps + pairing.likely_skips > 0;
 }
 
 /// True when a frame never came back. What it asked for may have been done: it may have been lost on its way back.

@@ -221,9 +221,11 @@ Finding DescribeFaults(const RuleContext& context, const model::AlRequestJudged&
     if (const auto code = RefusalCode(*row, demand.number)) finding.Set("expected_code", CodeValue(*code, family));
   }
   AddRelated(finding, known.since);
-  finding.confidence = known.observed && !request.assumed ? Confidence::kObserved : Confidence::kInferred;
-  if (finding.confidence == Confidence::kInferred)
-    finding.Add(request.assumed ? sync_manager_fault::kOutboundOnly : sync_manager_fault::kSetByBroadcast);
+  const bool likely_missed = context.network().LikelyMissesBetween(known.since, request.frame.number);
+  const bool certain = known.observed && !request.assumed;
+  finding.confidence = certain && !likely_missed ? Confidence::kObserved : Confidence::kInferred;
+  if (likely_missed) finding.Add(sync_manager_fault::kMayBeSetUnseen);
+  if (!certain) finding.Add(request.assumed ? sync_manager_fault::kOutboundOnly : sync_manager_fault::kSetByBroadcast);
   if (demand.off_in_eeprom && !settings.enabled())
     finding.Add(sync_manager_fault::kOffInEeprom, {{"number", arg::Number(demand.number)}});
   if (!demand.reference.empty()) finding.reference = ReferenceTo(demand.reference);

@@ -107,7 +107,12 @@ inline constexpr NoteKind kPaddedStruct{.name = "padded-struct",
                                             "{bytes} is also what these entries need in a C struct that is not "
                                             "packed, with {padding} of padding. If the master takes "
                                             "the length from such a struct, pack it."};
-inline constexpr const NoteKind* kNotes[] = {&kOutboundOnly, &kSetByBroadcast, &kOffInEeprom, &kPaddedStruct};
+inline constexpr NoteKind kMayBeSetUnseen{
+    "may-be-set-unseen",
+    "The capture likely misses frames between these settings and the request: the numbers of the "
+    "frames skip. The master may have changed the settings there."};
+inline constexpr const NoteKind* kNotes[] = {&kOutboundOnly, &kSetByBroadcast, &kOffInEeprom, &kPaddedStruct,
+                                             &kMayBeSetUnseen};
 
 }  // namespace sync_manager_fault
 

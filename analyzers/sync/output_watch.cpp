@@ -91,7 +91,7 @@ void OutputWatch::OnHole(const track::CaptureGap& gap) {
     if (safeop_phase != nullptr) safeop_phase->End();
   }
   // Where only numbers skip the pauses are as long as they seem to be.
-  may_be_hole = may_be_hole || !gap.skip;
+  may_be_hole = may_be_hole || !gap.skip || gap.likely;
   if (!gap.certain) return;
   seen = false;
   op_since = {};

@@ -39,8 +39,12 @@ GapBefore CaptureGaps::Follow(std::uint8_t number, const wire::FrameView& frame,
     index.Set(IndexFact::kAnyInFlight, (skips || leaves_out_few) && context_.sent.AnyOpen([&](const SentFrame& sent) {
       return sent.sender == number && !sent.may_be_copy();
     }));
-    index.Set(IndexFact::kTimeForSkipped, skips && rhythm.HasTimeForSkipped(last, frame.ref(), context_.trip));
-    index.Set(IndexFact::kTimeAtRate, skips && rhythm.HasTimeAtRate(apart));
+    // Where they are missing before the frame before, the time between these two shows nothing.
+    const bool earlier = skips && rhythm.indices.broke_earlier();
+    index.Set(IndexFact::kTimeForSkipped,
+              earlier || (skips && rhythm.HasTimeForSkipped(last, frame.ref(), context_.trip)));
+    index.Set(IndexFact::kTimeAtRate, earlier || (skips && rhythm.HasTimeAtRate(apart)));
+    index.Set(IndexFact::kLeftOutNone, skips && rhythm.indices.left_out_none());
     index.Set(IndexFact::kLongPause, skips && timed && rhythm.TakeDistance(apart));
     index.Set(IndexFact::kWhole, context_.statistics.unmatched_returned == 0 && context_.statistics.lost == 0);
     index.Set(IndexFact::kOnlyOneFits, orphan && rhythm.OnlyOneFits(last, frame.ref()));
@@ -95,6 +99,10 @@ GapBefore CaptureGaps::Apply(GapVerdict verdict, std::uint8_t number, const Fram
     case GapVerdict::kSilenceInFlight:
       DoubtInFlight(number, Undecided::kSilence);
       return rounds ? GapBefore::kRounds : GapBefore::kPossible;
+    case GapVerdict::kLikelySkip:
+      context_.statistics.CountSkip(at);
+      ++context_.statistics.likely_skips;
+      return GapBefore::kLikelySkip;
     case GapVerdict::kMaySkip:
       context_.statistics.CountSkip(at);
       return GapBefore::kSkip;
@@ -158,7 +166,9 @@ GapBefore CaptureGaps::Before(const wire::FrameView& orphan) noexcept {
       context_.sent.NewestRecent(context_.sent.end(), has_its_number) == nullptr) {
     const GapBefore gap = Take(context_.sent.end());
     // Here is the copy without the other one.
-    return gap == GapBefore::kSkip ? Apply(GapVerdict::kIndicesSkip, number, orphan.ref()) : gap;
+    return gap == GapBefore::kSkip || gap == GapBefore::kLikelySkip
+               ? Apply(GapVerdict::kIndicesSkip, number, orphan.ref())
+               : gap;
   }
   const GapBefore gap = Follow(number, orphan, Repeats::kNo, BelongsIntoCapture(sender, orphan));
   return std::max(gap, Take(context_.sent.end()));

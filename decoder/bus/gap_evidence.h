@@ -12,7 +12,8 @@ enum class GapVerdict : std::uint8_t {
   kNone,
   kIndicesSkip,      ///< certain, by the indices: frames in flight may have returned unseen
   kCopyMissing,      ///< certain, by the outbound copy of a return: the same
-  kMaySkip,          ///< possible: the indices skip, and nothing else shows that frames are missing
+  kLikelySkip,       ///< likely: the indices skip for the first time, and nothing else shows that frames are missing
+  kMaySkip,          ///< possible: the same, of a master that has skipped numbers before
   kNumbersSkip,      ///< the same, and at the rate of the sender there was no time for them
   kFewMayMiss,       ///< possible: a frame did not return, and the number of the next one is a little further
   kRoundMayMiss,     ///< possible: one round of indices fits between a frame and its repetition
@@ -31,6 +32,7 @@ enum class IndexFact : std::uint8_t {
   kAnyInFlight,     ///< a frame of the sender is in flight
   kTimeForSkipped,  ///< the skipped frames could be sent in the time between
   kTimeAtRate,      ///< also if they follow one another as those before did
+  kLeftOutNone,     ///< the counter that skips has left out no number before
   kLongPause,       ///< and the sender sent nothing for much longer than before
   kWhole,           ///< so far the capture holds both copies of all frames
   kOnlyOneFits,     ///< no more frames than this one fit into the time between
@@ -51,6 +53,9 @@ inline constexpr auto kGapByIndex = [] {
       // What was not sent cannot be missing: another program has a counter of its own, or the master skips numbers.
       {{F::kSkips}, {F::kOrphan, F::kAnyInFlight, F::kTimeForSkipped}, V::kNone},
       // Where packets are missing, one copy of a frame is there sooner or later without the other one.
+      {{F::kSkips, F::kTimed, F::kWhole, F::kTimeAtRate, F::kLeftOutNone},
+       {F::kOrphan, F::kAnyInFlight, F::kLongPause},
+       V::kLikelySkip},
       {{F::kSkips, F::kTimed, F::kWhole, F::kTimeAtRate}, {F::kOrphan, F::kAnyInFlight, F::kLongPause}, V::kMaySkip},
       {{F::kSkips, F::kTimed, F::kWhole}, {F::kOrphan, F::kAnyInFlight, F::kLongPause}, V::kNumbersSkip},
       {{F::kSkips}, {}, V::kIndicesSkip},

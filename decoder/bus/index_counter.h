@@ -45,6 +45,8 @@ class IndexCounter {
   }
   /// True when it has gone on like this in each of a few steps: not yet enough to be sure.
   [[nodiscard]] bool IsRegularSoFar() const noexcept { return steps_ >= kFirst && steps_ == regular_; }
+  /// True when it has gone on like this in every step of late.
+  [[nodiscard]] bool LeavesNoneOut() const noexcept { return steps_ >= kEnough && steps_ == regular_; }
   [[nodiscard]] bool IsNext(std::uint8_t first) const noexcept { return any_ && Follows(first); }
   /// True when it restarts at this index, as far as seen.
   [[nodiscard]] bool IsBegin(std::uint8_t first) const noexcept { return ends_ > 0 && first == begin_; }

@@ -28,6 +28,7 @@ IndexSequence::Evidence IndexSequence::Ask(Counter& counter, std::uint8_t first,
                                            const Proven& proven) const noexcept {
   const bool regular = counter.indices.IsRegular();
   const bool regular_so_far = regular || counter.indices.IsRegularSoFar();
+  const bool left_out_none = counter.indices.LeavesNoneOut();
   const bool excused = counter.break_ != break_;
   const IndexCounter::Step step = counter.indices.Follow(first, last);
   counter.break_ = break_;
@@ -46,7 +47,10 @@ IndexSequence::Evidence IndexSequence::Ask(Counter& counter, std::uint8_t first,
     return Evidence::kOdd;
   }
   // Of all frames, if they share one; else of fewer.
-  if (!verdict.broken) verdict.skipped = counter.indices.skipped();
+  if (!verdict.broken) {
+    verdict.skipped = counter.indices.skipped();
+    verdict.left_out_none = left_out_none;
+  }
   verdict.broken = true;
   return Evidence::kNothing;
 }
@@ -73,6 +77,19 @@ void IndexSequence::Prove(Evidence evidence, std::uint8_t& proven) noexcept {
   if (evidence == Evidence::kOdd) proven = 0;
 }
 
+std::optional<IndexSequence::Jump> IndexSequence::FollowJump(Evidence by_all, bool left_out_none,
+                                                             std::size_t kind) noexcept {
+  const bool logical = IsLogical(kind);
+  if (by_all == Evidence::kOdd && left_out_none) {
+    jump_ = Jump{logical, all_.indices.skipped()};
+    return std::nullopt;
+  }
+  if (!jump_ || jump_->logical == logical) return std::nullopt;
+  const std::optional<Jump> jump = std::exchange(jump_, std::nullopt);
+  const bool shared = by_all == Evidence::kFollows && kinds_[kind].in_all >= kProven;
+  return shared ? jump : std::nullopt;
+}
+
 IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool repeats) noexcept {
   if (frame.empty()) {
     Skip();
@@ -91,9 +108,11 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   Counter& half = halves_[IsLogical(number) ? 0 : 1];
   std::uint32_t& share_all = share_all_[IsLogical(number) ? 0 : 1];
   Verdict verdict;
+  const bool left_out_none = all_.indices.LeavesNoneOut();
   const Evidence by_all = Ask(all_, first, last, verdict, [&, first = first] {
     return kind.in_all >= kProven || std::popcount(share_all) >= kProvenKinds || SharesLikeOthers(number, first);
   });
+  const std::optional<Jump> jump = FollowJump(by_all, left_out_none, number);
   Prove(by_all, kind.in_all);
   met_[IsLogical(number) ? 0 : 1] = true;
   if (by_all == Evidence::kFollows) share_all |= 1U << number;
@@ -102,6 +121,16 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   const bool same_in_half = std::exchange(half.last, first) == first;
   const bool same_of_kind = std::exchange(kind.own.last, first) == first;
   if (since_left_ <= kShortTurn) ++since_left_;
+  broke_earlier_ = jump.has_value();
+  if (jump) {
+    ++break_;
+    skipped_ = jump->skipped;
+    left_out_none_ = continued_ = true;
+    all_.break_ = half.break_ = kind.own.break_ = break_;
+    (void)half.indices.Follow(first, last);
+    (void)kind.own.indices.Follow(first, last);
+    return Step::kBroken;
+  }
   if (verdict.next) {
     continued_ = was_next_ = true;
     // Nearly always. What the others make of it does not matter.
@@ -139,6 +168,7 @@ IndexSequence::Step IndexSequence::Follow(const wire::FrameView& frame, bool rep
   if (!verdict.broken) return verdict.few ? Step::kFew : Step::kUnknown;
   ++break_;
   skipped_ = verdict.skipped;
+  left_out_none_ = verdict.left_out_none;
   all_.break_ = half.break_ = kind.own.break_ = break_;
   // Who begins from the lowest with a command to all slaves sets up the bus.
   return verdict.begins && wire::IsBroadcast(frame[0].command()) ? Step::kUnknown : Step::kBroken;

@@ -49,6 +49,10 @@ class IndexSequence {
   [[nodiscard]] bool restarts() const noexcept;
   /// After kBroken: how many frames at least are missing, if any.
   [[nodiscard]] std::uint32_t skipped() const { return skipped_; }
+  /// After kBroken: true when the counter that is broken has left out no number before, as far as known.
+  [[nodiscard]] bool left_out_none() const { return left_out_none_; }
+  /// After kBroken: true when the frames are missing somewhere before the frame before, see Jump.
+  [[nodiscard]] bool broke_earlier() const { return broke_earlier_; }
   /// How many indices the master uses, as far as seen. After this number of frames the next one has the same again.
   [[nodiscard]] std::uint32_t span() const { return span_; }
   /// True when the frames are numbered: equal indices one after the other are then no coincidence.
@@ -82,12 +86,20 @@ class IndexSequence {
     std::uint8_t in_all = 0;   ///< frames of this kind that continued the counter of all frames, and ...
     std::uint8_t in_half = 0;  ///< ... that of their half
   };
+  /// The counter of all frames, which had left out no number, stands elsewhere with the first frames of one half: they
+  /// have a counter of their own, or frames are missing before them. Which it is shows the next frame of the other
+  /// half.
+  struct Jump {
+    bool logical = false;  ///< the half that began
+    std::uint32_t skipped = 0;
+  };
   struct Verdict {
     bool next = false;
     bool broken = false;
     bool begins = false;
     bool few = false;
-    std::uint32_t skipped = 0;  ///< by the first counter that is broken
+    std::uint32_t skipped = 0;   ///< by the first counter that is broken ...
+    bool left_out_none = false;  ///< ... which has left out no number before
   };
 
   [[nodiscard]] static std::size_t KindOf(const wire::FrameView& frame) noexcept;
@@ -98,6 +110,8 @@ class IndexSequence {
   [[nodiscard]] Evidence Ask(Counter& counter, std::uint8_t first, std::uint8_t last, Verdict& verdict,
                              const Proven& proven) const noexcept;
 
+  /// @return the jump that turns out to be frames that are missing
+  [[nodiscard]] std::optional<Jump> FollowJump(Evidence by_all, bool left_out_none, std::size_t kind) noexcept;
   [[nodiscard]] bool GoesOnWhereLeft(std::uint8_t first) noexcept;
   [[nodiscard]] bool SharesLikeOthers(std::size_t kind, std::uint8_t first) const noexcept;
   static void Prove(Evidence evidence, std::uint8_t& proven) noexcept;
@@ -113,6 +127,9 @@ class IndexSequence {
   std::uint8_t turns_ = 0;            ///< at most kTurns
   std::uint32_t span_ = 1;
   std::uint32_t skipped_ = 0;
+  bool left_out_none_ = false;
+  bool broke_earlier_ = false;
+  std::optional<Jump> jump_;
   std::uint32_t break_ = 0;  ///< counts places after which no counter need go on
   Counter all_;
   std::array<bool, 2> met_{};                 ///< a frame of that half

@@ -30,12 +30,13 @@ struct PairingStatistics {
   std::uint64_t missed_outbound = 0;     ///< of these, after the first pair: here the capture itself misses packets
   std::uint64_t gaps = 0;                ///< places where the capture misses frames, by the indices
   FrameRef first_gap;                    ///< the frame after the first of them
-  std::uint64_t skips = 0;      ///< places where the indices skip, and nothing else shows that frames are missing
-  FrameRef first_skip;          ///< likewise
-  std::uint64_t reordered = 0;  ///< came back after frames that were sent later
-  FrameRef first_reordered;     ///< the first of them, as it came back ...
-  FrameRef last_reordered;      ///< ... and the last
-  FrameRef first_in_doubt;      ///< came back like that, or is the return of a frame that the capture misses
+  std::uint64_t skips = 0;         ///< places where the indices skip, and nothing else shows that frames are missing
+  FrameRef first_skip;             ///< likewise
+  std::uint64_t likely_skips = 0;  ///< of these, the first ones of a counter: frames are missing most likely
+  std::uint64_t reordered = 0;     ///< came back after frames that were sent later
+  FrameRef first_reordered;        ///< the first of them, as it came back ...
+  FrameRef last_reordered;         ///< ... and the last
+  FrameRef first_in_doubt;         ///< came back like that, or is the return of a frame that the capture misses
   std::uint64_t altered = 0;
   std::uint64_t flipped = 0;  ///< of these, those that differ in a bit or two
   FrameNo first_flipped = 0;

@@ -7,11 +7,12 @@ namespace ecaudit::track {
 
 void CaptureGaps::OnGap(const FrameRef& frame, const FrameRef& before, bus::GapBefore gap) {
   const bool certain = gap == bus::GapBefore::kCertain;
-  const bool skip = gap == bus::GapBefore::kSkip;
+  const bool likely = gap == bus::GapBefore::kLikelySkip;
+  const bool skip = likely || gap == bus::GapBefore::kSkip;
   // The models of all slaves receive it, too.
   states_.work().Take(states_.size());
-  Note(frame, skip || gap == bus::GapBefore::kRounds);
-  const CaptureGap event{frame, certain, skip, before};
+  Note(frame, gap);
+  const CaptureGap event{frame, certain, skip, likely, before};
   events_.Publish(event);
   // A command to the EEPROM lasts for a few frames: its answer may belong to another one.
   for (std::size_t s = 0; skip && s < states_.size(); ++s) states_[static_cast<SlaveId>(s)].sii.Forget();
@@ -43,18 +44,9 @@ CaptureGaps::Presumed CaptureGaps::PresumedOver(SlaveId id, const CaptureGap& ga
   return mapped && gap.is_short() ? Presumed::kMapping : Presumed::kNothing;
 }
 
-bool CaptureGaps::AnyBetween(FrameNo from, FrameNo to, bool with_skips) const {
-  const std::size_t kept = std::min(count_, first_after_.size());
-  for (std::size_t i = count_ - kept; i < count_; ++i) {
-    const FrameNo behind = first_after_[i % first_after_.size()];
-    if (from < behind && behind <= to && (with_skips || !skips_[i % skips_.size()])) return true;
-  }
-  return kept < count_ && from < first_after_[count_ % first_after_.size()];
-}
-
 void CaptureGaps::OnOtherRecording(const FrameRef& frame) {
-  Note(frame, false);
-  events_.Publish(CaptureGap{frame, true, false, {}});
+  Note(frame, bus::GapBefore::kCertain);
+  events_.Publish(CaptureGap{frame, true, false, false, {}});
   states_.ForgetForLater();
   addressing_.ForgetCount(frame.number);
   for (std::size_t s = 0; s < states_.size(); ++s) Forget(static_cast<SlaveId>(s), frame);

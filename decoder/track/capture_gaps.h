@@ -8,6 +8,7 @@
 /// AL state. So is what slaves hold that were gone for a while.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -48,9 +49,18 @@ class CaptureGaps {
   [[nodiscard]] FrameNo last() const { return count_ == 0 ? 0 : first_after_[(count_ - 1) % first_after_.size()]; }
   /// True when such a place follows frame `from`, and not after frame `to`. Of many the first are forgotten: then
   /// one may lie anywhere before those that are left.
-  [[nodiscard]] bool AnyBetween(FrameNo from, FrameNo to) const { return AnyBetween(from, to, true); }
+  [[nodiscard]] bool AnyBetween(FrameNo from, FrameNo to) const {
+    return AnyBetween(from, to, [](bus::GapBefore) { return true; });
+  }
   /// The same without the places where only numbers skip, or go on after a silence.
-  [[nodiscard]] bool AnyButSkipsBetween(FrameNo from, FrameNo to) const { return AnyBetween(from, to, false); }
+  [[nodiscard]] bool AnyButSkipsBetween(FrameNo from, FrameNo to) const {
+    return AnyBetween(
+        from, to, [](bus::GapBefore gap) { return gap != bus::GapBefore::kSkip && gap != bus::GapBefore::kRounds; });
+  }
+  /// Only the places where frames are missing, certainly or most likely.
+  [[nodiscard]] bool AnyLikelyBetween(FrameNo from, FrameNo to) const {
+    return AnyBetween(from, to, [](bus::GapBefore gap) { return gap >= bus::GapBefore::kLikelySkip; });
+  }
   /// Something is presumed of some slave.
   [[nodiscard]] bool presumes() const { return presumed_ > 0; }
   /// A logical datagram came back: with the working counter it had before the capture gap, if all is as it was.
@@ -73,9 +83,17 @@ class CaptureGaps {
 
  private:
   [[nodiscard]] bool WasAway(SlaveId id, std::uint16_t first_position, bool branch) const;
-  [[nodiscard]] bool AnyBetween(FrameNo from, FrameNo to, bool with_skips) const;
-  void Note(const FrameRef& frame, bool unlikely) {
-    skips_[count_ % skips_.size()] = unlikely;
+  template <class Counts>
+  [[nodiscard]] bool AnyBetween(FrameNo from, FrameNo to, Counts counts) const {
+    const std::size_t kept = std::min(count_, first_after_.size());
+    for (std::size_t i = count_ - kept; i < count_; ++i) {
+      const FrameNo after = first_after_[i % first_after_.size()];
+      if (from < after && after <= to && counts(kinds_[i % kinds_.size()])) return true;
+    }
+    return kept < count_ && from < first_after_[count_ % first_after_.size()];
+  }
+  void Note(const FrameRef& frame, bus::GapBefore gap) {
+    kinds_[count_ % kinds_.size()] = gap;
     first_after_[count_++ % first_after_.size()] = frame.number;
   }
   using Presumed = SlaveState::Presumed;
@@ -101,10 +119,10 @@ class CaptureGaps {
   SlaveStates& states_;
   SlaveMailboxes& mailboxes_;
   std::array<Habit, 8> habits_{};
-  std::size_t presumed_ = 0;               // slaves whose state is presumed
-  std::array<FrameNo, 32> first_after_{};  // first frames after the last capture gaps
-  std::array<bool, 32> skips_{};           // of these, places where only numbers skip or go on
-  std::size_t count_ = 0;                  // of capture gaps
+  std::size_t presumed_ = 0;                // slaves whose state is presumed
+  std::array<FrameNo, 32> first_after_{};   // first frames after the last capture gaps
+  std::array<bus::GapBefore, 32> kinds_{};  // of these
+  std::size_t count_ = 0;                   // of capture gaps
 };
 
 }  // namespace ecaudit::track

@@ -65,6 +65,8 @@ class Network final : public bus::BusSink {
   /// The same without the places where only the numbers of the frames skip, or go on after a silence while all frames
   /// are matched: what rests on these is inferred.
   [[nodiscard]] bool MissesBetween(FrameNo from, FrameNo to) const { return gaps_.AnyButSkipsBetween(from, to); }
+  /// Only the places where frames are missing, certainly or most likely.
+  [[nodiscard]] bool LikelyMissesBetween(FrameNo from, FrameNo to) const { return gaps_.AnyLikelyBetween(from, to); }
   /// Handing broadcasts to every slave has cost more than the frames allow for: the caller stops.
   [[nodiscard]] bool overworked() const { return states_.work().exceeded(); }
   /// Changes whenever any sync manager or FMMU may have changed, or a slave was added.

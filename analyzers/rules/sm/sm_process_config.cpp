@@ -206,6 +206,12 @@ class SmProcessConfig final : public Rule {
     if (no_data && !known->settings.enabled()) return;
     const auto faults = model::FaultsOf(known->settings, demand);
     if (faults.empty()) return;
+    // The write that switches it on may be one of those that are missing.
+    const bool likely_missed = context().network().LikelyMissesBetween(known->since, e.request.frame.number);
+    if (!known->settings.enabled() && likely_missed) {
+      NotEvaluable(e.slave, ReasonCode::kCaptureGap, SyncManagerWord(demand.number), e.request.frame.number);
+      return;
+    }
     const std::uint64_t key = SettingsKey(demand.number, known->settings);
     FindingIndex index = Repeat(e.slave, key, e.request.frame);
     if (index == kNoFinding) {

@@ -126,9 +126,18 @@ class SyncNotActivated final : public Rule {
     if (!unit.cycle_configured().seen()) return;
     if (!unit.activation()) return NotEvaluable(e.slave, ReasonCode::kNotInCapture, what::kActivation, e.frame.number);
     if (unit.activation()->active()) return refused ? void() : CompareWithModes(e, unit);
+    const FrameNo cycle = unit.cycle_configured().number;
+    const bool likely_missed = context().network().LikelyMissesBetween(cycle, e.request.frame.number);
+    if (likely_missed && !refused) {
+      return NotEvaluable(e.slave, ReasonCode::kCaptureGap, what::kActivation, e.frame.number);
+    }
     FindingIndex index = Repeat(e.slave, refused ? 1 : 0, e.frame);
     const Severity severity = refused ? Severity::kError : kInfo.severity;
-    if (index == kNoFinding) index = Report(refused ? 1 : 0, severity, Describe(e, unit, refused));
+    if (index == kNoFinding) {
+      Finding finding = Describe(e, unit, refused);
+      if (likely_missed) finding.confidence = Confidence::kInferred;
+      index = Report(refused ? 1 : 0, severity, std::move(finding));
+    }
     if (refused) refusals_.push_back({e.slave, e.frame.number, index});
   }
 

@@ -118,7 +118,7 @@ class AlMachineTest : public ::testing::Test {
     const FrameRef last = Frame();
     After(ns);
     const FrameRef first = Frame();
-    machine.OnGap({first, true, false, last});
+    machine.OnGap({first, true, false, false, last});
     machine.Forget(first);
   }
   void ReadCode(std::uint16_t code) { machine.OnStatusCode({0, Frame(), code}); }

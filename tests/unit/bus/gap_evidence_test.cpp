@@ -11,23 +11,25 @@ using ecaudit::test::ExpectRows;
 TEST(GapEvidence, IndicesAndRepetitionsRowByRow) {
   using F = IndexFact;
   using V = GapVerdict;
-  ExpectRows<F, V>(kGapByIndex,
-                   {
-                       {{F::kNext, F::kTimed}, V::kAskTime},
-                       {{F::kSkips, F::kTimed}, V::kNone},
-                       {{F::kSkips, F::kTimed, F::kWhole, F::kTimeForSkipped, F::kTimeAtRate}, V::kMaySkip},
-                       {{F::kSkips, F::kTimed, F::kWhole, F::kTimeForSkipped}, V::kNumbersSkip},
-                       {{F::kSkips, F::kTimed, F::kAnyInFlight}, V::kIndicesSkip},
-                       {{F::kFew, F::kTimed, F::kAnyInFlight}, V::kFewMayMiss},
-                       {{F::kOrphan, F::kTimed}, V::kCopyMissing},
-                       {{F::kSentAgain, F::kTimeForRound}, V::kNone},
-                       {{F::kTimed, F::kSentAgain, F::kTimeForRound}, V::kRoundMayMiss},
-                       {{F::kTimed, F::kSentAgain}, V::kNone},
-                       {{F::kTimed, F::kTimeOut, F::kClockJumps}, V::kNone},
-                       {{F::kTimed, F::kClockJumps, F::kClockBack}, V::kAnotherCapture},
-                       {{F::kTimed, F::kNext, F::kClockJumps, F::kClockBack}, V::kNone},
-                       {{F::kTimed}, V::kAskTime},
-                   });
+  ExpectRows<F, V>(
+      kGapByIndex,
+      {
+          {{F::kNext, F::kTimed}, V::kAskTime},
+          {{F::kSkips, F::kTimed}, V::kNone},
+          {{F::kSkips, F::kTimed, F::kWhole, F::kTimeForSkipped, F::kTimeAtRate, F::kLeftOutNone}, V::kLikelySkip},
+          {{F::kSkips, F::kTimed, F::kWhole, F::kTimeForSkipped, F::kTimeAtRate}, V::kMaySkip},
+          {{F::kSkips, F::kTimed, F::kWhole, F::kTimeForSkipped}, V::kNumbersSkip},
+          {{F::kSkips, F::kTimed, F::kAnyInFlight}, V::kIndicesSkip},
+          {{F::kFew, F::kTimed, F::kAnyInFlight}, V::kFewMayMiss},
+          {{F::kOrphan, F::kTimed}, V::kCopyMissing},
+          {{F::kSentAgain, F::kTimeForRound}, V::kNone},
+          {{F::kTimed, F::kSentAgain, F::kTimeForRound}, V::kRoundMayMiss},
+          {{F::kTimed, F::kSentAgain}, V::kNone},
+          {{F::kTimed, F::kTimeOut, F::kClockJumps}, V::kNone},
+          {{F::kTimed, F::kClockJumps, F::kClockBack}, V::kAnotherCapture},
+          {{F::kTimed, F::kNext, F::kClockJumps, F::kClockBack}, V::kNone},
+          {{F::kTimed}, V::kAskTime},
+      });
 }
 
 TEST(GapEvidence, SkippedIndicesAreNoGapOnlyIfAllSpeaksAgainstIt) {

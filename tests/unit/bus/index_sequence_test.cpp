@@ -310,6 +310,40 @@ TEST(IndexSequence, TheFirstFramesOfAnotherKindAreNoGap) {
   EXPECT_EQ(Broken(Follow(frames)), 0U);
 }
 
+/// 'B' broken, 'E' broken earlier, '.' neither; a small letter: the counter has left out numbers before.
+std::string Breaks(const std::vector<Sent>& frames) {
+  return Each(frames, [](const IndexSequence& sequence, IndexSequence::Step step) {
+    if (step != IndexSequence::Step::kBroken) return '.';
+    if (sequence.broke_earlier()) return 'E';
+    return sequence.left_out_none() ? 'B' : 'b';
+  });
+}
+
+TEST(IndexSequence, TheFirstGapIsThatOfACounterThatLeftOutNone) {
+  std::vector<Sent> frames;
+  for (unsigned i = 0; i < 120; ++i) {
+    if (i % 40 < 36) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(i)});
+  }
+  EXPECT_EQ(Breaks(frames), std::string(36, '.') + "B" + std::string(35, '.') + "B" + std::string(35, '.'));
+  frames.erase(frames.begin() + 50);
+  EXPECT_EQ(Breaks(frames), std::string(36, '.') + "B" + std::string(13, '.') + "b" + std::string(20, '.') + "b" +
+                                std::string(35, '.'));
+}
+
+TEST(IndexSequence, AGapBeforeTheFirstFramesOfAnotherKindShowsLater) {
+  const auto then = [](std::uint8_t process, std::uint8_t poll) {
+    std::vector<Sent> frames;
+    for (std::uint8_t i = 0; i < 40; ++i) frames.push_back({Sort::kPoll, i});
+    for (std::uint8_t i = 0; i < 5; ++i) frames.push_back({Sort::kProcess, static_cast<std::uint8_t>(process + i)});
+    for (std::uint8_t i = 0; i < 5; ++i) frames.push_back({Sort::kPoll, static_cast<std::uint8_t>(poll + i)});
+    return Breaks(frames).substr(40);
+  };
+  EXPECT_EQ(then(0x60, 0x65), ".....E....");
+  EXPECT_EQ(then(40, 45), "..........");
+  // They have a counter of their own.
+  EXPECT_EQ(then(0x60, 40), "..........");
+}
+
 TEST(IndexSequence, AFewNumbersFurtherMayBeAGap) {
   const auto after = [](std::uint8_t polls, Sent last) {
     std::vector<Sent> frames;

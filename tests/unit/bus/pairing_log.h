@@ -27,6 +27,8 @@ using samples::Bytes;
       return "silence";
     case GapBefore::kSkip:
       return "skip";
+    case GapBefore::kLikelySkip:
+      return "likely skip";
     case GapBefore::kCertain:
       return "hole";
   }
