@@ -533,6 +533,22 @@ bool ShowsOtherActualValue(const Finding& effect, const Finding& cause) {
   return ShowsOther(effect, cause, 0x6064) || ShowsOther(effect, cause, 0x606C) || ShowsOther(effect, cause, 0x6077);
 }
 
+/// The drive went back to Switch on disabled by itself, and the master went on with its sequence.
+bool FollowsDrop(const Finding& effect, const Finding& cause) {
+  return effect.axis == cause.axis && cause.kind != nullptr && cause.kind->name == "drops-back" &&
+         Precedes(effect, cause);
+}
+
+/// No slave was brought to SAFEOP.
+bool IsNeverStarted(const RuleContext&, const Finding& effect) {
+  return effect.kind != nullptr && effect.kind->name == "never-started";
+}
+
+/// Many masters do not go on with a slave that refuses a download.
+bool IsRefusedDownload(const Finding& effect, const Finding& cause) {
+  return IsErrorOfDownload(cause) && Precedes(effect, cause);
+}
+
 /// Slaves may take outputs in OP only: what does not count in SAFEOP, after a refusal of OP whose code names something
 /// else than process data, follows from that.
 bool IsRefusedOp(const Finding& effect, const Finding& cause) {
@@ -580,7 +596,7 @@ constexpr std::array kLaws{
     Law{"drive-motor-terminal", "frame-lost", kSoon, IsNewTerminalError, Bus::kYes},
     Law{"emcy-received", "sync-switched-off", kLater, NamesSynchronisationLoss, Bus::kNo, Precedes},
     Law{"drive-fault", "sync-switched-off", kSoon, NamesSynchronisationLoss, Bus::kNo, Precedes},
-    Law{"emcy-received", "sync-cycle-mismatch", -1, NamesSynchronisationLoss},
+    Law{"emcy-received", "sync-cycle-mismatch", -1, NamesSynchronisationLoss, Bus::kNo, nullptr, true},
     Law{"emcy-received", "sync-window-violation", kLater, NamesSynchronisationLoss, Bus::kNo, Precedes, true},
     Law{"emcy-received", "sync-rate-deviation", kLater, NamesSynchronisationLoss, Bus::kNo, Precedes, true},
     Law{"emcy-received", "frame-lost", kSoon, NamesSynchronisationLoss, Bus::kYes},
@@ -588,13 +604,13 @@ constexpr std::array kLaws{
     Law{"drive-fault", "wkc-one-buffer", kSoon, GivesNoReason, Bus::kNo, nullptr, true},
     Law{"emcy-received", "wkc-one-buffer", kSoon, NamesSynchronisationLoss, Bus::kNo, nullptr, true},
     Law{"al-unexpected-change", "wkc-one-buffer", kSoon, NamesSynchronisationOrWatchdog, Bus::kNo, nullptr, true},
-    Law{"drive-fault", "sync-cycle-mismatch", -1, NamesSyncController},
+    Law{"drive-fault", "sync-cycle-mismatch", -1, NamesSyncController, Bus::kNo, nullptr, true},
     Law{"drive-fault", "sync-window-violation", kLater, NamesSyncController, Bus::kNo, Precedes, true},
     Law{"drive-fault", "sync-rate-deviation", kLater, NamesSyncController, Bus::kNo, Precedes, true},
     Law{"al-refused", "sync-start-in-past", kLater, NamesSynchronisationByCode},
     Law{"al-refused", "sync-cycle-mismatch", -1, NamesSynchronisationByCode},
     Law{"al-refused", "sync-cycle-unsupported", -1, NamesSynchronisationByCode},
-    Law{"al-unexpected-change", "sync-cycle-mismatch", -1, NamesSynchronisationByCode},
+    Law{"al-unexpected-change", "sync-cycle-mismatch", -1, NamesSynchronisationByCode, Bus::kNo, nullptr, true},
     Law{"al-unexpected-change", "sync-switched-off", kLater, NamesSynchronisation, Bus::kNo, Precedes},
     Law{"al-unexpected-change", "sync-watchdog-margin", kSoon, MayBeWatchdog},
     Law{"al-unexpected-change", "sync-lost", kSoon, NamesSynchronisationOrWatchdog},
@@ -647,6 +663,7 @@ constexpr std::array kLaws{
     Law{"al-timeout", "wkc-never-right", -1, RequestsOp},
     Law{"wkc-never-right", "al-refused", -1, nullptr, Bus::kNo, IsRefusedOp},
     Law{"sync-watchdog-margin", "wkc-never-right", -1, nullptr, Bus::kNo, CountsNoOutputs},
+    Law{"wkc-never-right", "sdo-abort", -1, IsNeverStarted, Bus::kEffect, IsRefusedDownload},
     Law{"wkc-never-right", "fmmu-mismatch", -1},
     Law{"wkc-never-right", "sm-process-config", -1},
     Law{"drive-not-enabled", "pdo-object-type", kWhileItLasts, nullptr, Bus::kNo, ShowsOtherStatus, true},
@@ -657,6 +674,7 @@ constexpr std::array kLaws{
     Law{"drive-no-reaction", "drive-not-enabled", -1, nullptr, Bus::kNo, Overlaps},
     Law{"drive-fault", "drive-not-enabled", kWhileItLasts, IsFaultThatStays, Bus::kNo, IsResetWithoutEdge, true},
     Law{"drive-not-enabled", "drive-fault", -1, NeedsFault, Bus::kNo, Overlaps},
+    Law{"drive-illegal-command", "drive-not-enabled", -1, nullptr, Bus::kNo, FollowsDrop},
     Law{"drive-not-enabled", "drive-illegal-command", -1, nullptr, Bus::kNo, Overlaps},
     Law{"drive-mode-not-shown", "pdo-object-type", -1},
     Law{"drive-mode-not-shown", "drive-not-enabled", -1, nullptr, Bus::kNo, NotReady},

@@ -15,6 +15,7 @@
 #include "analyzers/model/slave_model.h"
 #include "decoder/base/time.h"
 #include "decoder/esc/register_addresses.h"
+#include "decoder/mailbox/events.h"
 #include "decoder/track/network.h"
 
 namespace ecaudit::wkc_never_right {
@@ -64,6 +65,18 @@ datagrams.][{!none_active}Read the FMMUs (0x0600) and sync managers (0x0800) of 
 addresses. Capture the start-up.])",
     .identity = ""};
 
+constexpr FindingKind kNeverStarted{
+    .name = "never-started",
+    .title = "SAFEOP is never requested: process data with working counter 0",
+    .message =
+        R"(From {frame} to {last_frame} the master sends {frames} with logical addresses, the last by {command}. All of
+them return with working counter 0. AL Status of {witness} is {state}, and the master requests neither SAFEOP nor OP of
+any slave. It sends no mailbox message in this time either: its configuration of the slaves is over, or has not begun.)",
+    .next =
+        R"(Read the log of the master. Compare position, alias address, vendor and product in its configuration with the
+slaves on the bus.)",
+    .identity = ""};
+
 constexpr FindingKind kElsewhere{
     .name = "elsewhere",
     .title = "Process data at {address}, but FMMUs map {mapped} to {mapped_last}",
@@ -87,7 +100,7 @@ slave.])",
 at SYNC0: activate it.] If the slave allows it, use three buffers (control byte of SM{sync_manager}, bits 0 and 1).)",
     .identity = "direction"};
 
-constexpr const FindingKind* kKinds[] = {&kNoLrw, &kNever, &kNone, &kElsewhere, &kOneBuffer};
+constexpr const FindingKind* kKinds[] = {&kNoLrw, &kNever, &kNone, &kNeverStarted, &kElsewhere, &kOneBuffer};
 
 constexpr RuleInfo kInfo{.id = "wkc-never-right",
                          .group = "Frame and bus",
@@ -120,6 +133,14 @@ working counter 0, while AL Status shows a slave in SAFEOP or OP. What follows a
 another start-up, is not counted. If the FMMUs of all slaves are known, and the active ones map other addresses only, it
 is an error (`elsewhere`).
 
+A warning of the bus (`never-started`) needs all of these:
+
+- AL Status shows each slave in INIT or PREOP, and no slave counts in process data since the bus was started up.
+- The master requests neither SAFEOP nor OP.
+- At least 20 datagrams with logical addresses over 2 s since the last request and the last mailbox message.
+
+A refused download (`sdo-abort`) before it is its cause: many masters stop to configure a slave that refuses one.
+
 A sync manager with one buffer counts only if the application has filled (or emptied) it. If only the sum shows that
 it never does, the finding is an inferred warning (`one-buffer`):
 
@@ -144,6 +165,7 @@ constexpr std::uint16_t kNoLrwBit = 0x0200;
 constexpr std::uint64_t kLeast = 20;
 constexpr TimeNs kLong = 250'000'000;
 constexpr TimeNs kLongOneBuffer = 1'000'000'000;
+constexpr TimeNs kLongIdle = 2'000'000'000;
 
 class WkcNeverRight final : public Rule {
  public:
@@ -152,11 +174,17 @@ class WkcNeverRight final : public Rule {
     Subscribe<model::ProcessDataMissed>(&WkcNeverRight::On);
     Subscribe<track::LogicalAccess>(&WkcNeverRight::On);
     Subscribe<track::RunBegan>(&WkcNeverRight::On);
+    Subscribe<mailbox::MailboxMessage>(&WkcNeverRight::On);
   }
+
+  /// The master configures a slave.
+  void On(const mailbox::MailboxMessage&) { idle_.none = {}; }
 
   void On(const model::AlRequestJudged& e) {
     constexpr auto kOp = static_cast<std::uint8_t>(esc::AlState::OP);
     constexpr auto kSafeop = static_cast<std::uint8_t>(esc::AlState::SAFEOP);
+    idle_.none = {};
+    idle_.asked = idle_.asked || e.request.control.state() >= kSafeop;
     if (e.request.control.state() != kOp || e.request.from != kSafeop) return;
     Watched& watched = slaves_[e.slave];
     if (watched.request.seen()) return;
@@ -173,7 +201,12 @@ class WkcNeverRight final : public Rule {
     if (e.assumed || !e.returned.seen()) return;
     WatchOneBuffer(e);
     if (e.wkc != 0) bus_.counted = true;
-    if (bus_.counted || !FindWitness()) return;
+    if (bus_.counted) return;
+    if (!FindWitness()) {
+      if (!idle_.asked) idle_.none.Add(e);
+      return;
+    }
+    idle_.asked = true;  // of that slave, perhaps before the capture
     bus_.witness = *witness_;
     bus_.in_op = context().slave(bus_.witness).al.SettledIn(esc::AlState::OP);
     if (bus_.mapped_version != context().network().mapping_version()) {
@@ -187,6 +220,7 @@ class WkcNeverRight final : public Rule {
   void On(const track::RunBegan&) {
     if (!earlier_ && Lasts(bus_)) earlier_ = bus_;
     bus_ = {};
+    idle_ = {};
   }
 
   void Finish() override {
@@ -195,7 +229,11 @@ class WkcNeverRight final : public Rule {
     for (const auto& [id, buffers] : one_buffers_) {
       for (std::size_t way = 0; way < buffers.size(); ++way) EvaluateOneBuffer(id, buffers[way], way == 1);
     }
-    if (earlier_ || Lasts(bus_)) EvaluateBus(earlier_ ? *earlier_ : bus_);
+    if (earlier_ || Lasts(bus_)) {
+      EvaluateBus(earlier_ ? *earlier_ : bus_);
+    } else {
+      EvaluateIdle();
+    }
   }
 
  private:
@@ -232,6 +270,11 @@ class WkcNeverRight final : public Rule {
     bool in_op = false;
     std::optional<Span> mapped;  ///< by the active FMMUs
     std::optional<std::uint64_t> mapped_version;
+  };
+  /// Logical datagrams that no slave counted in, while no slave is above PREOP and the master does nothing about it.
+  struct Idle {
+    Missed none;         ///< since the last request or mailbox message
+    bool asked = false;  ///< SAFEOP or OP was requested
   };
   struct Watched {
     FrameRef request;                       ///< the first of OP; unset: none, or not in SAFEOP
@@ -399,6 +442,28 @@ class WkcNeverRight final : public Rule {
     (void)Report(4, elsewhere ? Severity::kError : Severity::kWarning, std::move(finding));
   }
 
+  void EvaluateIdle() {
+    const Missed& none = idle_.none;
+    if (bus_.counted || idle_.asked || none.count < kLeast || !none.first.has_time || !none.last.has_time) return;
+    if (Elapsed(none.first.time, none.last.time) < kLongIdle) return;
+    for (std::size_t s = 0; s < context().slave_count(); ++s) {
+      const model::AlMachine& al = context().slave(static_cast<SlaveId>(s)).al;
+      if (!al.SettledIn(esc::AlState::INIT) && !al.SettledIn(esc::AlState::PREOP)) return;
+    }
+    if (context().slave_count() == 0) return;
+    constexpr SlaveId kFirst = 0;
+    const bool in_preop = context().slave(kFirst).al.SettledIn(esc::AlState::PREOP);
+    Finding finding = Found(kNeverStarted, kNoSlave, none.first);
+    finding.last = none.last;
+    finding.Set("frames", arg::Count(none.count, "datagram"))
+        .Set("command", arg::Text(wire::Name(none.command)))
+        .Set("last_frame", arg::Frame(none.last.number))
+        .Set("witness", arg::Slave(kFirst, context().Label(kFirst)))
+        .Set("state", arg::State(static_cast<std::uint8_t>(in_preop ? esc::AlState::PREOP : esc::AlState::INIT)));
+    AddRelated(finding, none.last.number);
+    (void)Report(7, Severity::kWarning, std::move(finding));
+  }
+
   /// What the active FMMUs map; nothing if some slave may have others.
   [[nodiscard]] std::optional<Span> Mapped() const {
     const std::uint16_t* const count = context().network().slave_count().if_known();
@@ -417,6 +482,7 @@ class WkcNeverRight final : public Rule {
   std::map<SlaveId, Watched> slaves_;                        // those that OP was requested of, or that did not count
   std::map<SlaveId, std::array<OneBuffer, 2>> one_buffers_;  ///< outputs, inputs
   Bus bus_;                                                  ///< since the bus was started up
+  Idle idle_;                                                ///< likewise
   std::optional<Bus> earlier_;                               ///< before that
   std::optional<SlaveId> witness_;                           ///< in SAFEOP or OP now
   unsigned looked_ = 0;
