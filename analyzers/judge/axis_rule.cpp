@@ -32,7 +32,7 @@ void AxisRule::Finish() {
     for (const progress::AxisRecord& record : axis.records()) {
       for (const Row& row : rows_) {
         if (row.fact != record.fact) continue;
-        ReportOf(slave, number, axis, record, *row.kind);
+        ReportOf(slave, number, axis, record, KindOf(record, *row.kind));
         reported = true;
       }
     }

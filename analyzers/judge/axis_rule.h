@@ -34,6 +34,10 @@ class AxisRule : public Rule {
  protected:
   /// Sets the arguments that are not common to all: control_word, status_word, state, mode, shown_frame, lasted_ms.
   virtual void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch& axis) = 0;
+  /// A kind of its own for what the row of its fact does not name.
+  [[nodiscard]] virtual const FindingKind& KindOf(const progress::AxisRecord&, const FindingKind& kind) const {
+    return kind;
+  }
   /// Why the rule could not be evaluated for an axis; nothing where it could.
   [[nodiscard]] virtual std::optional<Reason> Unevaluated(const progress::AxisWatch& axis) const;
   /// The object of CiA 402 with its name, as the axis at hand has it.

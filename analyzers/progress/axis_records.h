@@ -115,6 +115,7 @@ struct AxisRecord {
   std::optional<std::uint16_t> control, status;
   std::optional<device::DriveState> state;
   std::optional<std::int8_t> mode;
+  std::optional<std::uint8_t> safety_command;  ///< of the FSoE frame in the outputs
   Quantity quantity = Quantity::kNone;
   TimeNs lasted = 0;  ///< from `since` to `frame`
   std::int64_t a = 0, b = 0, c = 0;

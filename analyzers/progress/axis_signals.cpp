@@ -28,12 +28,13 @@ constexpr std::array kRoleRows{
     RoleRow{0x6080, 0, Role::kMaxMotorSpeed},  RoleRow{0x6081, 0, Role::kProfileSpeed},
     RoleRow{0x6083, 0, Role::kAcceleration},   RoleRow{0x6098, 0, Role::kHomingMethod},
     RoleRow{0x6099, 1, Role::kHomingSpeed},    RoleRow{0x609A, 0, Role::kHomingAcceleration},
-    RoleRow{0x60FD, 0, Role::kDigitalInputs},
+    RoleRow{0x60FD, 0, Role::kDigitalInputs},  RoleRow{0xE700, 1, Role::kSafetyCommand},
 };
 
 constexpr std::uint16_t kFirstOfAxes = 0x6000;
 constexpr std::uint16_t kPastAxes = 0xA000;
 constexpr std::uint16_t kAxisDistance = 0x800;
+constexpr std::uint32_t kSafetyObject = 0xE70001;  // of the device, by ETG.5120: object and subindex
 
 bool IsSigned(Role role) {
   return role != Role::kControl && role != Role::kStatus && role < Role::kErrorCode;
@@ -73,9 +74,15 @@ std::optional<std::pair<std::uint8_t, Role>> RoleOf(std::uint16_t index, std::ui
 AxisPlaces::AxisPlaces(const model::ImagePart& part) {
   const model::TerminalObjects terminal(part);
   terminal_ = !terminal.empty();
+  // A terminal with an FSoE frame is no axis.
+  const bool is_axis = std::any_of(part.places.begin(), part.places.end(), [](const model::ImagePart::Place& place) {
+    return place.object == ObjectOf(Role::kControl) * 0x100U;
+  });
   for (const model::ImagePart::Place& place : part.places) {
     const std::uint32_t object = terminal.InCia402(place.object, place.bits);
-    const auto role = RoleOf(static_cast<std::uint16_t>(object >> 8U), static_cast<std::uint8_t>(object));
+    const auto role = object == kSafetyObject && is_axis
+                          ? std::optional(std::pair(std::uint8_t{0}, Role::kSafetyCommand))
+                          : RoleOf(static_cast<std::uint16_t>(object >> 8U), static_cast<std::uint8_t>(object));
     if (!role || place.bits == 0 || place.bits > 64) continue;
     const bool taken = std::any_of(places_.begin(), places_.end(), [&](const Place& other) {
       return other.axis == role->first && other.role == role->second;

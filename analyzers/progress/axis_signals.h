@@ -42,9 +42,10 @@ enum class Role : std::uint8_t {
   kHomingMethod,        ///< 6098h: 0 is none
   kHomingSpeed,         ///< 6099h:1
   kHomingAcceleration,  ///< 609Ah
-  kDigitalInputs,       ///< 60FDh: bit 0 is the negative limit switch, bit 1 the positive one
+  kDigitalInputs,       ///< 60FDh: bit 0 is the negative limit switch, bit 1 the positive one, bit 3 the interlock
+  kSafetyCommand,       ///< E700h:1: command of the FSoE frame for the drive
 };
-inline constexpr std::size_t kRoles = 24;
+inline constexpr std::size_t kRoles = 25;
 inline constexpr std::array kLimitRoles{
     Role::kMaxTorque,    Role::kPositiveTorque, Role::kNegativeTorque, Role::kMaxVelocity, Role::kMaxMotorSpeed,
     Role::kProfileSpeed, Role::kAcceleration,   Role::kHomingMethod,   Role::kHomingSpeed, Role::kHomingAcceleration};

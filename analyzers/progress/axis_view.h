@@ -117,9 +117,10 @@ struct AxisView : SlaveSide {
   std::array<std::optional<std::int64_t>, kQuantityCount> target, actual;  ///< by Quantity, position first
   std::array<bool, kQuantityCount> target_mapped{};
   SoftwareLimits limits;
-  std::uint16_t zero_limit = 0;  ///< an object that limits the motion and is 0; 0: none
-  bool zero_by_sdo = false;      ///< it is not in the outputs: its value was written or read by SDO
-  std::uint16_t switches = 0;    ///< 60FDh bits 0 and 1, where it is mapped
+  std::uint16_t zero_limit = 0;                ///< an object that limits the motion and is 0; 0: none
+  bool zero_by_sdo = false;                    ///< it is not in the outputs: its value was written or read by SDO
+  std::uint16_t switches = 0;                  ///< 60FDh bits 0 and 1, where it is mapped
+  std::optional<std::uint8_t> safety_command;  ///< E700h:1 as the master sent it last, where it is mapped
 
   AxisMoment before;                  ///< of the step before; frame not seen(): there was none
   std::optional<AxisMoment> earlier;  ///< some 50 ms before
@@ -170,6 +171,7 @@ struct AxisView : SlaveSide {
     record.status = status;
     record.state = state;
     record.mode = mode();
+    record.safety_command = safety_command;
     return record;
   }
 

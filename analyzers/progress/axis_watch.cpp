@@ -159,6 +159,7 @@ bool AxisWatch::OnInputs(const AxisValues& values, std::uint64_t part, const Fra
       now_.target_mapped[i] = true;
     }
     if (news.HasOneOf(kLimits)) TakeLimits(values);
+    if (news.has(Role::kSafetyCommand)) now_.safety_command = static_cast<std::uint8_t>(*values[Role::kSafetyCommand]);
   }
   outputs_changed_ = outputs_changed_ || words_changed_;
   // Otherwise the inputs of this frame follow.
@@ -204,8 +205,9 @@ void AxisWatch::FindZeroLimit() {
     }
     if (all || values.changed(Role::kMode) || values.changed(Role::kModeShown)) TakeModes(values, frame);
     if (news.has(Role::kDigitalInputs)) {
-      now_.switches = static_cast<std::uint16_t>(*values[Role::kDigitalInputs] & (kNegativeSwitch | kPositiveSwitch));
+      TakeDigitalInputs(*values[Role::kDigitalInputs], frame);
     }
+    if (now_.state_changed) KeepInputsAtDrop(frame);
     if (news.has(Role::kErrorCode)) error_code_ = static_cast<std::uint16_t>(*values[Role::kErrorCode]);
     for (std::size_t i = 0; i < kActuals.size(); ++i) {
       if (news.has(kActuals[i])) now_.actual[i] = values[kActuals[i]];
@@ -213,6 +215,23 @@ void AxisWatch::FindZeroLimit() {
   }
   if (shifted_ != nullptr && values.has(Role::kModeShown)) ConfirmShown(frame);
   Step(frame);
+}
+
+void AxisWatch::TakeDigitalInputs(std::int64_t value, const FrameRef& frame) {
+  now_.switches = static_cast<std::uint16_t>(value & (kNegativeSwitch | kPositiveSwitch));
+  const auto inputs = static_cast<std::uint32_t>(value & 0xFFFFFFFF);
+  if (inputs_ && *inputs_ != inputs) input_change_ = {frame, *inputs_, inputs};
+  inputs_ = inputs;
+}
+
+/// A master shows inputs and status word together, but the drive may set one of them some cycles later.
+void AxisWatch::KeepInputsAtDrop(const FrameRef& frame) {
+  constexpr TimeNs kTogether = 20'000'000;
+  constexpr std::size_t kMost = 16;
+  if (now_.state_before != device::DriveState::kOperationEnabled || !input_change_.frame.has_time) return;
+  if (!frame.has_time || drops_.size() >= kMost) return;
+  if (Elapsed(input_change_.frame.time, frame.time) > kTogether) return;
+  drops_.emplace_back(frame.number, input_change_);
 }
 
 void AxisWatch::OnSdo(Role role, std::int64_t value, bool download, const FrameRef& frame, const SlaveSide& slave) {

@@ -102,6 +102,20 @@ class AxisWatch {
     return nullptr;
   }
 
+  /// The last change of the digital inputs (60FDh) before something.
+  struct InputChange {
+    FrameRef frame;
+    std::uint32_t before = 0, after = 0;
+  };
+  /// What came right before or with the status word in this frame, in which the drive left Operation enabled; null:
+  /// nothing did.
+  [[nodiscard]] const InputChange* InputsAtDrop(FrameNo frame) const {
+    for (const auto& [first, change] : drops_) {
+      if (first == frame) return &change;
+    }
+    return nullptr;
+  }
+
   // Of the ladder.
   [[nodiscard]] const Span& without_fault() const { return without_fault_; }
   [[nodiscard]] const Span& voltage() const { return voltage_; }
@@ -158,6 +172,8 @@ class AxisWatch {
   [[nodiscard]] Look LookAt(Newest& newest, std::uint64_t part, const FrameRef& frame);
   void TakeCollected();
   void TakeOutputs(const AxisValues& values, Look look, const FrameRef& frame, const SlaveSide& slave);
+  void TakeDigitalInputs(std::int64_t value, const FrameRef& frame);
+  void KeepInputsAtDrop(const FrameRef& frame);
   void TakeInputs(const AxisValues& values, Look look, const FrameRef& frame, const SlaveSide& slave);
   [[nodiscard]] Checks& GetChecks();
   [[nodiscard]] const Checks& OfChecks() const;
@@ -215,7 +231,10 @@ class AxisWatch {
   std::vector<AxisMoment> recent_;  ///< some of the last 50 ms, oldest first
   TimeNs recent_stays_until_ = 0;   ///< the next time at which recent_ becomes another; empty: at once
   std::vector<std::pair<FrameNo, AxisLead>> faults_;  ///< the first ones
-  std::unique_ptr<Checks> checks_;                    ///< null before the first word
+  std::optional<std::uint32_t> inputs_;               ///< 60FDh
+  InputChange input_change_;
+  std::vector<std::pair<FrameNo, InputChange>> drops_;  ///< the first ones
+  std::unique_ptr<Checks> checks_;                      ///< null before the first word
   AxisRecords records_;
 };
 

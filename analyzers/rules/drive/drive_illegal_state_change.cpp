@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -8,23 +10,39 @@
 #include "analyzers/judge/rule_context.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/progress/progress_model.h"
+#include "analyzers/sync/sync_model.h"
 #include "analyzers/words/drive_text.h"
 #include "decoder/base/time.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit::drive_illegal_state_change {
 namespace {
 
 constexpr FindingKind kLeftByItself{
     .name = "left-by-itself",
-    .title = "Drive left Operation enabled for {state} without a command",
+    .title =
+        "[{?pause_ms}Outputs paused for {pause_ms}, then the drive left Operation enabled]"
+        "[{!pause_ms}[{?input}Drive left Operation enabled when 60FDh bit {input} ({input_name}) became {level}]"
+        "[{!input}Drive left Operation enabled for {state} without a command]]",
     .message =
         R"(The status word shows Operation enabled up to {before_frame} and {state} ({status_word}) in {frame}. The
 control word still enables the drive ({control_word}).[{?voltage} Bit 4 (voltage enabled) dropped to 0 with it: the power
 stage lost its supply.][{?remote} Bit 9 (remote) dropped to 0 with it: the drive no longer follows the fieldbus (local
-control, service tool).])",
+control, service tool).][{?pause_ms} Before that, from {paused_from} to {paused_to}, no slave got outputs (LRW, LWR)
+for {pause_ms}.][{?inputs_before} The digital inputs (60FDh) changed from {inputs_before} to {inputs} in {input_frame}.])",
     .next =
-        R"(Check supply, hardware enable (STO) and limit switches, which may cause this, and the drive's own messages.)",
+        R"([{?pause_ms}Find out why the master paused: a drive may supervise its outputs. ][{?input}Find out what switched
+this input. ]Check supply, hardware enable (STO) and limit switches, which may cause this, and the drive's own messages.)",
     .identity = "state"};
+/// Digital inputs (60FDh) that take the torque away from a drive, by CiA 402.
+struct Input {
+  std::uint8_t bit = 0;
+  Word name;
+};
+constexpr std::array kInputs{Input{3, {"interlock", "interlock"}},
+                             Input{0, {"negative-limit-switch", "negative limit switch"}},
+                             Input{1, {"positive-limit-switch", "positive limit switch"}}};
 constexpr FindingKind kWithoutCommand{
     .name = "without-command",
     .title = "{state_before} to {state} without a command",
@@ -79,7 +97,12 @@ instead followed the command in another way: that is a warning.
 
 A drive may leave Operation enabled by itself for Quick stop active or a state without torque that is no fault. That is
 a warning if the control word still enables the drive, and neither mode nor the control bits of the state machine
-changed for 0.1 s. Not evaluated: a control word of an SDO, if the capture does not show what the outputs hold.
+changed for 0.1 s. What came right before it is named:
+
+- a pause of all outputs (at least 10 ms, and four times as long as usual)
+- the interlock or a limit switch in the digital inputs (60FDh bits 3, 0 and 1), if it changed at most 20 ms before
+
+Not evaluated: a control word of an SDO, if the capture does not show what the outputs hold.
 
 ## Example
 tests/rules/drive-illegal-state-change/violates.trace
@@ -132,8 +155,39 @@ class DriveIllegalStateChange final : public Rule {
         .Set("voltage", arg::Flag((gone & kVoltage) != 0))
         .Set("remote", arg::Flag((gone & kRemote) != 0));
     AddRelated(finding, e.from_last);
+    AddPause(finding, e);
     NameAxis(finding, e.axis);
-    Report(key, Severity::kWarning, std::move(finding));
+    (void)Report(key, Severity::kWarning, std::move(finding));
+  }
+
+  /// What may have kept the outputs away from the drive.
+  void AddPause(Finding& finding, const model::DriveStateChanged& e) const {
+    if (!context().sync().Uncertainty(sync::TimeBase::kCapture)) return;
+    const auto pause = context().sync().pauses().LongestBetween(e.from_last, e.frame);
+    if (!pause || context().network().MayMissBetween(pause->from.number, pause->to.number)) return;
+    finding.Set("pause_ms", arg::Ms(pause->length()))
+        .Set("paused_from", arg::Frame(pause->from.number))
+        .Set("paused_to", arg::Frame(pause->to.number));
+    AddRelated(finding, pause->from.number);
+  }
+
+  /// What the digital inputs showed.
+  void AddInputs(SlaveId slave, std::uint8_t axis, const progress::AxisWatch& watch) {
+    for (Finding& finding : context().store.findings()) {
+      if (finding.kind != &kLeftByItself || finding.slave != slave || finding.axis != axis) continue;
+      const auto* const change = watch.InputsAtDrop(finding.first.number);
+      if (change == nullptr) continue;
+      finding.Set("inputs_before", arg::Hex(change->before, 8))
+          .Set("inputs", arg::Hex(change->after, 8))
+          .Set("input_frame", arg::Frame(change->frame.number));
+      for (const Input& input : kInputs) {
+        if (((change->before ^ change->after) >> input.bit & 1U) == 0) continue;
+        finding.Set("input", arg::Number(input.bit))
+            .Set("input_name", arg::Of(input.name))
+            .Set("level", arg::Number(change->after >> input.bit & 1U));
+        break;
+      }
+    }
   }
 
   void On(const model::DriveIllegalChange& e) {
@@ -211,6 +265,8 @@ class DriveIllegalStateChange final : public Rule {
   }
 
   void Finish() override {
+    context().progress().ForEachAxis(
+        [this](SlaveId slave, std::uint8_t axis, const progress::AxisWatch& watch) { AddInputs(slave, axis, watch); });
     NotEvaluableFor([](const model::SlaveModel& slave) {
       const std::optional<Reason> missing = DriveWordsMissing(slave, true);
       const auto unevaluated = [](const model::DriveUnit& axis) { return axis.unjudged_changes() > 0; };

@@ -153,6 +153,22 @@ enabled) is 0.][{?local} Bit 9 (remote) is 0.][ The drive reports {reason}.])",
         "power supply of the motor, and read 603Fh.",
     .identity = ""};
 
+constexpr FindingKind kNoSafety{
+    .name = "fsoe-missing",
+    .title =
+        "[{?solved}The drive is not enabled for {lasted_ms}: FSoE is not in Data]"
+        "[{!solved}[{!fsoe_state}No FSoE frame reaches the drive (E700h:1 = {fsoe_command}): STO may be active]"
+        "[{?fsoe_state}FSoE of the drive stays in {fsoe_state} (E700h:1 = {fsoe_command}): STO may be active]]",
+    .message =
+        R"(The master asks for Operation enabled. From {frame} on, for {lasted_ms}, the drive shows {state} (status word
+{status_word}, control word {control_word}, {shown_frame}). Its outputs hold an FSoE frame. The command of this frame
+(E700h:1) is {fsoe_command}[{?fsoe_state} ({fsoe_state})][{!fsoe_state}, which is no FSoE command]. A drive with FSoE may
+keep safe torque off (STO) active until its safety logic sends process data (0x36).)",
+    .next =
+        "Let the master copy the FSoE frames of safety logic and drive in each cycle, both ways. Then check the state "
+        "of the FSoE connection in the safety logic.",
+    .identity = "fsoe_command"};
+
 constexpr FindingKind kSwapped{
     .name = "bytes-swapped",
     .title =
@@ -215,7 +231,7 @@ control word (last {control_word}) asks for no such step: bits 1 and 2 are 1. Th
 constexpr const FindingKind* kKinds[] = {
     &kBitMissing,     &kResetStands, &kResetMissing,  &kFaultStays,  &kShutdownMissing, &kNoVoltage,
     &kQuickStopStays, &kNotReady,    &kNotInOp,       &kOverwritten, &kLocal,           &kHasty,
-    &kStaysDisabled,  &kSwapped,     &kNoControlWord, &kDipped,      &kDropsBack};
+    &kStaysDisabled,  &kSwapped,     &kNoControlWord, &kDipped,      &kDropsBack,       &kNoSafety};
 
 constexpr NoteKind kEnabledLater{.name = "enabled-later", .text = "The drive shows Operation enabled in {frame}."};
 constexpr const NoteKind* kNotes[] = {&kEnabledLater};
@@ -239,6 +255,7 @@ Whether an axis reaches Operation enabled when the master asks for it, and what 
 - OP
 - control over the bus (bit 9 of the status word), and a master that waits for the drive
 - a drive that goes back to Switch on disabled by itself, three times or more, or stays in it in spite of Shutdown
+- FSoE frames: the outputs hold such a frame (E700h:1), and it is none with process data
 - a control word that stops an enabled drive for at most 50 ms, and the drive that then stays disabled
 - the bytes of the control word in the wrong order, or other data in its place (24 different values or more)
 - an SDO write of the control word that process data overwrite
@@ -254,6 +271,9 @@ slow in after 1 s. Attempts that the master gives up are added. A Shutdown of at
 wait for the drive begins with it. A shorter one is named with its duration.
 
 After a request for a state below OP, the master has to request OP again before it enables the drive.
+
+A drive with FSoE may stay in its safe state until the safety logic sends it process data (command 0x36). 0 is no FSoE
+command: then the master does not copy the frames of the safety logic.
 
 If a fault was already active when first seen, and bit 7 stays 1, this finding is the cause of drive-fault: the fault
 lasts because of it.
@@ -290,11 +310,34 @@ constexpr std::array kRows{
     AxisRule::Row{progress::AxisFact::kDropsBack, &kDropsBack},
 };
 
+constexpr std::uint8_t kSafetyData = 0x36;
+/// Commands of FSoE before its process data, and the one for data that are no longer valid.
+constexpr std::array<std::pair<std::uint8_t, Word>, 5> kSafetyCommands{{{0x2A, {"reset", "Reset"}},
+                                                                        {0x4E, {"session", "Session"}},
+                                                                        {0x64, {"connection", "Connection"}},
+                                                                        {0x52, {"parameter", "Parameter"}},
+                                                                        {0x08, {"fail-safe-data", "Fail-safe Data"}}}};
+
 class DriveNotEnabled final : public AxisRule {
  public:
   DriveNotEnabled() : AxisRule(kInfo, kRows) {}
 
  private:
+  /// What keeps a drive with FSoE disabled, unless its safety logic sends process data.
+  [[nodiscard]] const FindingKind& KindOf(const progress::AxisRecord& record, const FindingKind& kind) const override {
+    using progress::AxisFact;
+    const bool waits = record.fact == AxisFact::kStaysDisabled || record.fact == AxisFact::kNoVoltage ||
+                       (record.fact == AxisFact::kShutdownMissing && record.b > 0);
+    return waits && record.safety_command.value_or(kSafetyData) != kSafetyData ? kNoSafety : kind;
+  }
+
+  static void DescribeSafety(Finding& finding, const progress::AxisRecord& record) {
+    finding.Set("fsoe_command", arg::Hex(*record.safety_command, 2));
+    for (const auto& [command, name] : kSafetyCommands) {
+      if (command == *record.safety_command) finding.Set("fsoe_state", arg::Of(name));
+    }
+  }
+
   void Describe(Finding& finding, const progress::AxisRecord& record, const progress::AxisWatch& axis) override {
     if (record.solved) {
       finding.Set("solved", arg::Flag());
@@ -303,6 +346,7 @@ class DriveNotEnabled final : public AxisRule {
       finding.Add(kEnabledLater, std::move(later));
       AddRelated(finding, record.solved_at.number);
     }
+    if (finding.kind == &kNoSafety) return DescribeSafety(finding, record);
     switch (record.fact) {
       case progress::AxisFact::kControlBitMissing: {
         std::size_t count = 0;
