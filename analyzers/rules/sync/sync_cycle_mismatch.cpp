@@ -86,9 +86,19 @@ them: the axis vibrates. Whether this drive does so is not known.)",
     .next = "Write the cycle of the master to 60C2h.",
     .identity = ""};
 
-constexpr const FindingKind* kKinds[] = {&kSync0AndInterpolation, &kSync0AndDrive,
-                                         &kInterpolationAndDrive, &kRewritten,
-                                         &kProcessData,           &kInterpolatedPositions};
+constexpr FindingKind kOtherRhythm{
+    .name = "rhythm-not-accepted",
+    .title = "Process data every {observed_us}, but SYNC0 every {configured_us}: sync error",
+    .message =
+        R"(In OP the outputs of this slave come every {observed_us}. That is the mean of {cycles} from {frame} to
+{end_frame}, by {time_base}. SYNC0 comes every {configured_us} ({sync0_frame}). Many slaves accept that, but this one
+reports in {report_frame} that it lost synchronisation ({report}).)",
+    .next = "Write the cycle of the process data to 0x09A0, or let the master run with the SYNC0 cycle.",
+    .identity = ""};
+
+constexpr const FindingKind* kKinds[] = {
+    &kSync0AndInterpolation, &kSync0AndDrive, &kInterpolationAndDrive, &kRewritten, &kProcessData,
+    &kInterpolatedPositions, &kOtherRhythm};
 
 constexpr RuleInfo kInfo{.id = "sync-cycle-mismatch",
                          .group = "Synchronisation",
@@ -127,7 +137,9 @@ repeats setpoints or skips them. The axis is jerky, follows with a wrong velocit
   finding about the settings.
 - If a family is not known to take its cycle from 60C2h, this object counts in the modes 7 and 8 (positions). A
   difference is then an info.
-- If a family is not known to need one frame a cycle, SYNC0 may be a multiple of the frame cycle or a part of it.
+- If a family is not known to need one frame a cycle, SYNC0 may be a multiple of the frame cycle or a part of it. If the
+  slave then reports in OP that it lost synchronisation (emergency 0x87xx, AL status codes such as 0x001A), that is an
+  inferred warning.
 
 ## Example
 tests/rules/sync-cycle-mismatch/violates.trace
@@ -143,6 +155,20 @@ class SyncCycleMismatch final : public Rule {
     Subscribe<sync::SlaveRunEnded>(&SyncCycleMismatch::On);
     Subscribe<sync::RateEnded>(&SyncCycleMismatch::On);
     Subscribe<mailbox::SdoTransfer>(&SyncCycleMismatch::On);
+    Subscribe<mailbox::Emergency>(&SyncCycleMismatch::On);
+    Subscribe<model::DriveFaultExplained>(&SyncCycleMismatch::On);
+    Subscribe<model::AlErrorCode>(&SyncCycleMismatch::On);
+  }
+
+  // What the slave itself reports of its synchronisation.
+  void On(const mailbox::Emergency& e) { Complain(e.slave, e.data.error_code, kSyncController, e.frame); }
+  void On(const model::DriveFaultExplained& e) {
+    if (e.source == model::DriveFaultExplained::Source::kErrorCode) {
+      Complain(e.slave, static_cast<std::uint16_t>(e.code & 0xFFFFU), kSyncController, e.frame);
+    }
+  }
+  void On(const model::AlErrorCode& e) {
+    if (esc::SpeaksOfSynchronisation(e.code)) Complain(e.slave, e.code, 0, e.frame);
   }
 
   void On(const model::AlRequestJudged& e) {
@@ -166,6 +192,7 @@ class SyncCycleMismatch final : public Rule {
   void On(const sync::RateEnded& e) {
     if (context().sync().outputs(e.slave).rate.cycles() < kEnoughCycles) return;
     evaluated_.insert(e.slave);
+    NoteRhythm(e.slave);
     Observed(e.slave);
     ObservedByStandard(e.slave);
   }
@@ -174,12 +201,70 @@ class SyncCycleMismatch final : public Rule {
     for (std::size_t s = 0; s < context().slave_count(); ++s) {
       const auto id = static_cast<SlaveId>(s);
       CompareChanged(id);
+      NoteRhythm(id);
       if (context().sync().outputs(id).rate.cycles() >= kEnoughCycles || !evaluated_.contains(id)) Observed(id);
       ObservedByStandard(id);
     }
+    for (const auto& [id, complaint] : complaints_) ReportRhythm(id, complaint);
   }
 
  private:
+  static constexpr std::uint8_t kSyncController = 0x87;  ///< high byte of the error codes about it
+  struct Complaint {
+    std::uint16_t code = 0;
+    FrameRef frame;
+  };
+  /// Process data in another rhythm than SYNC0, in a run of cycles.
+  struct Rhythm {
+    TimeNs observed = 0, configured = 0;
+    FrameRef first, last, sync0;
+    std::uint64_t cycles = 0;
+    sync::TimeBase base = sync::TimeBase::kCapture;
+  };
+
+  void Complain(SlaveId slave, std::uint16_t code, std::uint8_t group, const FrameRef& frame) {
+    if (group == 0 || code >> 8U == group) complaints_.try_emplace(slave, Complaint{code, frame});
+  }
+
+  /// Keeps the first run whose cycles differ from SYNC0.
+  void NoteRhythm(SlaveId id) {
+    const sync::OutputWatch& outputs = context().sync().outputs(id);
+    const sync::DcUnit& unit = context().sync().dc(id);
+    const auto& settings = unit.active() ? unit.active() : unit.last_active();
+    if (rhythms_.contains(id) || outputs.rate.cycles() < kEnoughCycles || !settings) return;
+    if (!settings->activation.sync0() || settings->sync0_cycle_ns.value_or(0) <= 0) return;
+    if (NeedsOneFrameACycle(context().slave(id)) || !context().sync().Uncertainty(outputs.rate.base())) return;
+    const TimeNs configured = *settings->sync0_cycle_ns;
+    const double off = std::abs(outputs.rate.mean_ns() / static_cast<double>(configured) - 1);
+    if (off - outputs.rate.JitterShare() <= kCycleTolerance) return;
+    rhythms_.try_emplace(id, Rhythm{static_cast<TimeNs>(outputs.rate.mean_ns()), configured, outputs.rate.first(),
+                                    outputs.rate.last(), settings->frame, outputs.rate.cycles(), outputs.rate.base()});
+  }
+
+  void ReportRhythm(SlaveId id, const Complaint& complaint) {
+    const auto found = rhythms_.find(id);
+    if (found == rhythms_.end() || found->second.first.number > complaint.frame.number) return;
+    const Rhythm& rhythm = found->second;
+    constexpr std::uint64_t kKey = 6;
+    for (const ecaudit::Finding& other : context().store.findings()) {
+      if (other.rule == kInfo.id && other.slave == id && other.severity != Severity::kInfo) return;
+    }
+    Finding finding = Found(kOtherRhythm, id, rhythm.first);
+    finding.last = rhythm.last;
+    finding.confidence = Confidence::kInferred;
+    AddRelated(finding, rhythm.sync0.number);
+    AddRelated(finding, complaint.frame.number);
+    finding.Set("observed_us", arg::Us(rhythm.observed))
+        .Set("configured_us", arg::Us(rhythm.configured))
+        .Set("sync0_frame", arg::Frame(rhythm.sync0.number))
+        .Set("cycles", arg::Count(rhythm.cycles, "cycle"))
+        .Set("end_frame", arg::Frame(rhythm.last.number))
+        .Set("time_base", arg::Of(WordOf(rhythm.base)))
+        .Set("report", arg::Hex(complaint.code, 4))
+        .Set("report_frame", arg::Frame(complaint.frame.number));
+    (void)Report(kKey, Severity::kWarning, std::move(finding));
+  }
+
   /// One of the places where the cycle is set, as it is now.
   struct Setting {
     enum class Place : std::uint8_t { kInterpolation, kSync0, kDrive };
@@ -407,6 +492,8 @@ class SyncCycleMismatch final : public Rule {
 
   std::map<SlaveId, FrameRef> changed_in_op_;
   std::map<SlaveId, std::vector<OddSetting>> odd_settings_;
+  std::map<SlaveId, Complaint> complaints_;  // the first one each
+  std::map<SlaveId, Rhythm> rhythms_;
   std::set<SlaveId> evaluated_;  // in a run that has ended
 };
 
