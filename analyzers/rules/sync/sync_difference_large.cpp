@@ -15,6 +15,7 @@
 #include "decoder/esc/register_addresses.h"
 #include "decoder/track/access.h"
 #include "decoder/track/events.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit::sync_difference_large {
 namespace {
@@ -22,6 +23,7 @@ namespace {
 constexpr EscAddress kControlEnd = 0x0936;
 constexpr std::int64_t kDefaultLimit = 1000;
 constexpr TimeNs kSettleTime = 5'000'000'000;
+constexpr TimeNs kLongWait = 1'000'000'000;
 /// 0x092C is the mean over this many distributions (0x0934 after power-on), and begins with 0.
 constexpr std::uint64_t kFilter = 16;
 /// Longer than any line of slaves delays a frame, wherever on it the capture was taken.
@@ -57,7 +59,17 @@ constexpr FindingKind kDelayTooLong{
 the difference. 0x092C does not show that.)",
     .next = "Compute the delay from receive times (0x0900) that were latched and read together."};
 
-constexpr const FindingKind* kKinds[] = {&kClockOff, &kClockOfOneOff, &kDelayTooLong};
+constexpr FindingKind kNeverSettles{
+    .name = "never-settles",
+    .title = "Clock is still {difference_ns} off after {waited_ms} of waiting",
+    .message =
+        R"(The master reads the time difference (0x092C) {reads}, from {since_frame} to {frame}, for {waited_ms}. It
+is {first_ns} at first and {difference_ns} in the last read. Then the slave goes on to {state}. Up to {limit_ns} is usual.)",
+    .next =
+        R"(Send ARMW or FRMW of 0x0910 in each cycle while the slave is in PREOP, too. Check the offset (0x0920) and whether
+the time of the master is what it writes to the reference clock.)"};
+
+constexpr const FindingKind* kKinds[] = {&kClockOff, &kClockOfOneOff, &kDelayTooLong, &kNeverSettles};
 
 /// Its findings are the cause of delays that cannot be true.
 constexpr std::string_view kPortOrder = "bus-port-order";
@@ -87,6 +99,9 @@ drifting clock without compensation, and a control loop that does not settle.
 - A slave has settled when a read was within the limit, or 5 s after the first read. This starts again when offset,
   delay or the control loop (0x0920 to 0x0935) are written.
 - A read counts once the time was distributed 16 times since (ARMW, FRMW or BWR of 0x0910). Before, 0x092C is 0 or old.
+- Some masters (IgH EtherLab) read 0x092C in PREOP only, and go on when they have waited long enough. That is a finding
+  (`never-settles`) if the slave reaches SAFEOP and these reads last 1 s or more, all are beyond the limit, and the last
+  one is more than half of the first. A later read within the limit clears it.
 - Only bits 0 to 30 count: the manuals differ on bit 31.
 - A broadcast read is the OR over all slaves. At least half of its value must be true of one slave.
 - The limit in ns is configurable: sync-difference-large.
@@ -121,6 +136,7 @@ class SyncDifferenceLarge final : public Rule {
     if (!access.written.empty() && access.acceptance != track::Acceptance::kRefused) {
       slave.settled = any_.settled = false;
       slave.first = any_.first = {};
+      slave.wait = {};
       slave.distributed = any_.distributed = context().sync().clock().distributions();
     }
     const ByteSpan written = access.Covered(access.written, esc::kSystemTimeDelay, 4);
@@ -131,8 +147,10 @@ class SyncDifferenceLarge final : public Rule {
     }
     if (access.broadcast) return;
     const ByteSpan raw = access.Covered(access.read, esc::kSystemTimeDifference, 4);
-    if (raw.empty() || !Synchronous(access.slave)) return;
+    if (raw.empty()) return;
     const std::uint32_t magnitude = esc::TimeDifference{LittleEndian<std::uint32_t>(raw, 0)}.magnitude_ns();
+    if (!Synchronous(access.slave)) return Wait(slave, access.frame(), magnitude);
+    if (magnitude <= LimitNs()) slave.wait = {};
     slave.read = true;
     if (!IsDistributed(slave)) return;
     if (!Settled(slave, access.frame(), magnitude)) return;
@@ -170,6 +188,7 @@ class SyncDifferenceLarge final : public Rule {
       // The clock of any run counts: the last one may have ended in INIT.
       if (!context().sync().dc(id).activated()) continue;
       if (s < slaves_.size()) CheckDelay(id, slaves_[s]);
+      if (s < slaves_.size() && CheckWait(id, slaves_[s])) continue;
       const bool read = any_.read || (s < slaves_.size() && slaves_[s].read);
       const bool counted = any_.counted || (s < slaves_.size() && slaves_[s].counted);
       if (!read) NotEvaluable(id, ReasonCode::kNotRead, kDifference);
@@ -179,6 +198,12 @@ class SyncDifferenceLarge final : public Rule {
   }
 
  private:
+  /// Reads of a master that waits in PREOP until the clock has settled.
+  struct Waiting {
+    FrameRef first, last;
+    std::uint32_t first_ns = 0, last_ns = 0;
+    std::uint64_t reads = 0;
+  };
   struct Slave {
     bool read = false;     ///< 0x092C was
     bool counted = false;  ///< and it meant something
@@ -187,6 +212,7 @@ class SyncDifferenceLarge final : public Rule {
     std::uint64_t distributed = 0;  ///< how often the time was when the clock was set up
     std::uint32_t delay_ns = 0;     ///< 0x0928
     FrameRef delay_frame;
+    Waiting wait;
     FrameNo reported_delay = 0;  ///< the frame of the last one that was checked and too long
   };
 
@@ -199,6 +225,42 @@ class SyncDifferenceLarge final : public Rule {
     const bool is = context().sync().clock().distributions() >= slave.distributed + kFilter;
     slave.counted = slave.counted || is;
     return is;
+  }
+
+  void Wait(Slave& slave, const FrameRef& frame, std::uint32_t magnitude) {
+    Waiting& wait = slave.wait;
+    if (magnitude <= LimitNs()) {
+      wait = {};
+    } else if (IsDistributed(slave)) {
+      if (wait.reads++ == 0) {
+        wait.first = frame;
+        wait.first_ns = magnitude;
+      }
+      wait.last = frame;
+      wait.last_ns = magnitude;
+    }
+  }
+
+  /// True when the clock of the slave is reported.
+  bool CheckWait(SlaveId id, const Slave& slave) {
+    const Waiting& wait = slave.wait;
+    const model::AlMachine& al = context().slave(id).al;
+    if (wait.reads < kFilter || !wait.first.has_time || !wait.last.has_time || !Synchronous(id)) return false;
+    const TimeNs waited = Elapsed(wait.first.time, wait.last.time);
+    if (waited < kLongWait || wait.last_ns <= wait.first_ns / 2) return false;
+    if (context().network().MayMissBetween(wait.first.number, wait.last.number)) return false;
+    Finding finding = Found(kNeverSettles, id, wait.last);
+    AddRelated(finding, wait.first.number);
+    finding.Set("difference_ns", arg::Ns(wait.last_ns))
+        .Set("first_ns", arg::Ns(wait.first_ns))
+        .Set("waited_ms", arg::Ms(waited))
+        .Set("reads", arg::Count(wait.reads, "time"))
+        .Set("since_frame", arg::Frame(wait.first.number))
+        .Set("state", arg::State(static_cast<std::uint8_t>(al.SettledIn(esc::AlState::OP) ? esc::AlState::OP
+                                                                                          : esc::AlState::SAFEOP)))
+        .Set("limit_ns", arg::Ns(LimitNs()));
+    (void)Report(3, std::move(finding));
+    return true;
   }
 
   void CheckDelay(SlaveId id, Slave& slave) {
