@@ -15,6 +15,7 @@
 #include "analyzers/words/drive_text.h"
 #include "decoder/base/time.h"
 #include "decoder/track/events.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit::drive_fault {
 namespace {
@@ -22,13 +23,14 @@ namespace {
 constexpr FindingKind kFault{
     .name = "fault",
     .title =
-        "{state} from {state_before}[: {fault}][ after {pause_ms} without process data]"
+        "{state} from {state_before}[: {fault}]"
+        "[{?pause_ms}[{?fault} after a pause of {pause_ms}][{!fault} after {pause_ms} without process data]]"
         "[{!pause_ms}[ after {sign}]]",
     .message =
         R"(The status word shows {state_before} up to {before_frame} and {state} ({status_word}) in {frame}[, Fault in
 {fault_frame}].[{!fault} The capture does not hold the reason of the drive: no emergency message[, and no read of
 {fault_objects}].][ From {pause_from_frame} to {pause_to_frame} it holds no process data of any slave, for {pause_ms}. The process data watchdog
-of the drive is {watchdog_ms}.])",
+of the drive is {watchdog_ms}.[{?shorter} A drive may supervise its cycle more closely than that.]])",
     .next =
         "[{?pause_ms}Find out why the master stopped sending.][{!pause_ms}[{!fault}Read {fault_object} from the "
         "drive.]] Reset the fault (rising edge of bit 7) after its cause is corrected.",
@@ -82,8 +84,8 @@ A change from a state that is none of the two. Fault reaction active followed by
   if the drive gives no reason.
 - caused_by names the finding of the emergency. If the drive gave no reason, it names the lost synchronisation or the
   pause of the process data just before.
-- If it gave none, and no process data of any slave were sent for longer than its watchdog between the last status word
-  without fault and the first with one, that pause is named: the master stopped, or was started again.
+- If it gave none, or only a code of the manufacturer without a known meaning, a pause right before the fault is named:
+  no process data of any slave for longer than its watchdog, or for 10 ms and four times as long as usual.
 - A drive that is in a fault when its status word is first seen is one as well. A word of 0 before it is the content of
   unused memory. The finding shows whether the fault was reset later.
 - A mid-run capture needs to know where the status word is mapped: give an ENI or ESI file.
@@ -180,6 +182,16 @@ class DriveFault final : public Rule {
       open.pause = pause;
       open.watchdog_ns = watchdog;
     }
+    if (open.pause.from == 0) FindShortPause(open, watchdog);
+  }
+
+  /// One that stands out, though it is shorter than the watchdog.
+  void FindShortPause(Open& open, TimeNs watchdog) const {
+    const auto pause = context().sync().pauses().LongestBetween(open.change.from_last, open.change.frame);
+    if (!pause || context().network().MayMissBetween(pause->from.number, pause->to.number)) return;
+    if (context().sync().UnreturnedBetween(open.change.slave, pause->from.number, pause->to.number) > 0) return;
+    open.pause = {pause->from.number, pause->to.number, pause->length()};
+    open.watchdog_ns = watchdog;
   }
 
   static bool IsFault(device::DriveState state) {
@@ -246,17 +258,21 @@ class DriveFault final : public Rule {
     }
   }
 
+  static void AddPause(Finding& finding, const Open& open) {
+    if (open.pause.from == 0) return;
+    finding.Set("pause_ms", arg::Ms(open.pause.ns))
+        .Set("pause_from_frame", arg::Frame(open.pause.from))
+        .Set("pause_to_frame", arg::Frame(open.pause.to))
+        .Set("watchdog_ms", arg::Ms(open.watchdog_ns))
+        .Set("shorter", arg::Flag(open.pause.ns < open.watchdog_ns));
+    AddRelated(finding, open.pause.from);
+    AddRelated(finding, open.pause.to);
+  }
+
   /// What the drive itself reports as the reason.
   static void DescribeReasons(Finding& finding, const Open& open, const device::DeviceDescription& family) {
+    if (open.explanations.empty() || IsUnexplained(family, open.explanations.front().code)) AddPause(finding, open);
     if (open.explanations.empty()) {
-      if (open.pause.from != 0) {
-        finding.Set("pause_ms", arg::Ms(open.pause.ns))
-            .Set("pause_from_frame", arg::Frame(open.pause.from))
-            .Set("pause_to_frame", arg::Frame(open.pause.to))
-            .Set("watchdog_ms", arg::Ms(open.watchdog_ns));
-        AddRelated(finding, open.pause.from);
-        AddRelated(finding, open.pause.to);
-      }
       const device::DriveProfile& drive = *family.drive;
       if (!drive.fault_objects.empty()) {
         finding.Set("fault_objects", arg::List(FaultObjects(drive, open.change.axis)));
