@@ -101,6 +101,7 @@ void DcUnit::OnDifference(const track::SlaveAccess& access) {
   const ByteSpan raw = access.Covered(access.read, esc::kSystemTimeDifference, 4);
   if (raw.empty()) return;
   difference_last_ = esc::TimeDifference{LittleEndian<std::uint32_t>(raw, 0)}.magnitude_ns();
+  difference_frame_ = access.frame();
   if (difference_reads_++ == 0 || difference_last_ > difference_max_) {
     difference_max_ = difference_last_;
     difference_max_frame_ = access.frame();
@@ -121,6 +122,7 @@ void DcUnit::OnWrite(const track::SlaveAccess& access, const esc::RegisterImage&
   }
   if (Overlaps(access, access.written.size(), esc::kSystemTimeOffset, 12)) {
     adjusted_ = adjusted_ || !access.broadcast;
+    offset_written_ = access.frame().number;
     own_time_.reset();  // taken before the clock was set
   }
   if (Overlaps(access, access.written.size(), esc::kSystemTime, 8)) own_time_.reset();
@@ -210,7 +212,8 @@ void DcUnit::BeginAnew() {
   FindPulses();
   cycle_configured_ = {};
   cycle_rewritten_.reset();
-  difference_above_ = settled_ = {};
+  difference_above_ = settled_ = difference_frame_ = {};
+  offset_written_ = 0;
   own_time_.reset();
 }
 

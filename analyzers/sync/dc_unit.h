@@ -99,6 +99,16 @@ class DcUnit {
   [[nodiscard]] std::optional<std::uint32_t> last_difference_ns() const {
     return difference_reads_ > 0 ? std::optional(difference_last_) : std::nullopt;
   }
+  /// The last read of 0x092C since the slave was set up, and since its offset was written.
+  struct Difference {
+    std::uint32_t ns = 0;
+    FrameRef frame;
+    FrameNo offset_written = 0;  ///< the last write to 0x0920 to 0x092B since the slave was set up; 0: none
+  };
+  [[nodiscard]] std::optional<Difference> difference() const {
+    if (!difference_frame_.seen() || difference_frame_.number < offset_written_) return std::nullopt;
+    return Difference{difference_last_, difference_frame_, offset_written_};
+  }
   /// Something of the unit was read or configured by the slave's own address.
   [[nodiscard]] bool touched() const { return present_ || latched_.seen() || activated_; }
 
@@ -150,7 +160,8 @@ class DcUnit {
   FrameRef latched_;
   std::uint64_t difference_reads_ = 0;
   std::uint32_t difference_last_ = 0, difference_max_ = 0;
-  FrameRef difference_max_frame_;
+  FrameRef difference_max_frame_, difference_frame_;
+  FrameNo offset_written_ = 0;
   FrameRef difference_above_, settled_;
   std::vector<DcStep> steps_;
   std::uint64_t steps_left_out_ = 0;

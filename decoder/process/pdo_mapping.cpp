@@ -46,8 +46,25 @@ std::optional<std::vector<std::uint32_t>> PdoObject::Contents() const {
   return contents;
 }
 
+std::uint8_t PdoObject::left_out() const {
+  std::uint8_t next = 1;
+  for (const auto& [subindex, value] : values) {
+    if (subindex != next) return next;
+    if (subindex == UINT8_MAX) break;
+    ++next;
+  }
+  return 0;
+}
+
 bool PdoMapping::Apply(const mailbox::SdoTransfer& transfer) {
-  if (!transfer.has_object || !IsPdoObject(transfer.index) || transfer.data_gap || transfer.data.empty()) return false;
+  constexpr std::uint32_t kNoObject = 0x06020000;
+  if (!transfer.has_object || !IsPdoObject(transfer.index)) return false;
+  const bool aborted = transfer.outcome == mailbox::SdoOutcome::kAborted &&
+                       transfer.aborted_by == mailbox::Direction::kIn && transfer.abort_code == kNoObject;
+  if (aborted && transfer.service == mailbox::SdoService::kUpload && missing_.size() < kMaxMissing) {
+    missing_.insert_or_assign(transfer.index, transfer.last.number);
+  }
+  if (transfer.data_gap || transfer.data.empty()) return false;
   Certainty certainty = Certainty::kObserved;
   if (transfer.outcome == mailbox::SdoOutcome::kNotCaptured && transfer.service == mailbox::SdoService::kDownload) {
     certainty = Certainty::kInferred;
@@ -55,6 +72,7 @@ bool PdoMapping::Apply(const mailbox::SdoTransfer& transfer) {
     return false;
   }
   const FrameNo frame = transfer.response.seen() ? transfer.response.number : transfer.request.number;
+  missing_.erase(transfer.index);
   bool changed = false;
   for (const PdoValue& value : PdoValuesOf(transfer)) {
     changed |= Set(transfer.index, value.subindex, value.value, certainty, frame);
@@ -121,6 +139,7 @@ bool PdoMapping::Forget(std::uint16_t index, std::uint8_t subindex, bool whole) 
 void PdoMapping::Clear() {
   if (allowance_ != nullptr) allowance_->GiveBack(values_ + objects_.size());
   objects_.clear();
+  missing_.clear();
   values_ = 0;
   ++version_;
 }
@@ -128,6 +147,11 @@ void PdoMapping::Clear() {
 const PdoObject* PdoMapping::Find(std::uint16_t index) const {
   const auto found = objects_.find(index);
   return found == objects_.end() ? nullptr : &found->second;
+}
+
+const FrameNo* PdoMapping::Missing(std::uint16_t pdo) const {
+  const auto found = missing_.find(pdo);
+  return found == missing_.end() ? nullptr : &found->second;
 }
 
 std::optional<std::vector<std::uint16_t>> PdoMapping::Assigned(std::uint16_t assignment) const {

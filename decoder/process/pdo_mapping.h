@@ -69,18 +69,23 @@ struct PdoObject {
   [[nodiscard]] std::optional<std::vector<std::uint32_t>> Contents() const;
   /// The highest subindex that was seen besides subindex 0; 0: none.
   [[nodiscard]] std::uint8_t highest() const { return values.empty() ? std::uint8_t{0} : values.rbegin()->first; }
+  /// The lowest subindex below highest() that was not seen; 0: none is left out.
+  [[nodiscard]] std::uint8_t left_out() const;
 };
 
 class PdoMapping {
  public:
   /// All objects of one slave together; later ones are not kept, so that a capture cannot exhaust memory.
   static constexpr std::size_t kMaxValues = 8192;
+  /// PDOs that the slave does not have: later ones are not kept.
+  static constexpr std::size_t kMaxMissing = 8;
 
   /// @param values what all slaves share for objects and values; null: no common limit; else must outlive this
   explicit PdoMapping(Allowance* values = nullptr) : allowance_(values) {}
 
-  /// Takes a transfer that was completed, or that is assumed to be (outbound-only capture, then as inferred).
-  /// @return true when something changed
+  /// Takes a transfer that was completed, or that is assumed to be (outbound-only capture, then as inferred), and
+  /// uploads that the slave aborted because it has no such PDO.
+  /// @return true when an assignment or a mapping changed
   bool Apply(const mailbox::SdoTransfer& transfer);
   /// A download of it may have been done or not.
   /// @param whole all subindices (complete access)  @return true when something was known of it
@@ -94,6 +99,8 @@ class PdoMapping {
   [[nodiscard]] std::optional<std::vector<std::uint16_t>> Assigned(std::uint16_t assignment) const;
   /// Contents of a mapping object, if completely known.
   [[nodiscard]] std::optional<std::vector<MappingEntry>> Mapped(std::uint16_t pdo) const;
+  /// The slave does not have this PDO: the frame in which it aborted an upload of it. Null: not known.
+  [[nodiscard]] const FrameNo* Missing(std::uint16_t pdo) const;
   /// Changes with everything that is learned.
   [[nodiscard]] std::uint32_t version() const { return version_; }
 
@@ -102,6 +109,7 @@ class PdoMapping {
 
   Allowance* allowance_;
   std::map<std::uint16_t, PdoObject> objects_;
+  std::map<std::uint16_t, FrameNo> missing_;  ///< at most kMaxMissing
   std::size_t values_ = 0;
   std::uint32_t version_ = 0;
 };

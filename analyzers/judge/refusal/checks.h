@@ -47,12 +47,18 @@ void CheckLengths(const Case& of, Outcome& found);
 
 /// Are there as many PDOs as subindex 0 counts?
 void CheckCount(const Case& of, Outcome& found, std::size_t manager);
+/// Does the slave have each assigned PDO?
+void CheckPdosExist(const Case& of, Outcome& found, std::size_t manager);
+/// Did the master write the entries of each without a gap?
+void CheckEntries(const Case& of, Outcome& found, std::size_t manager);
 /// Is any PDO assigned?
 void CheckAssigned(const Case& of, Outcome& found, std::size_t manager);
 /// The same, where the sync manager has a length all the same.
 void CheckLengthWithoutPdo(const Case& of, Outcome& found, std::size_t manager);
 /// Has each object the length of its type?
 void CheckMapped(const Case& of, Outcome& found, std::size_t manager);
+/// Does each object of whole bytes begin at a byte?
+void CheckAligned(const Case& of, Outcome& found, std::size_t manager);
 
 // exchange.cpp: what comes and goes.
 
@@ -75,6 +81,8 @@ void CheckLeftOn(const Case& of, Outcome& found);
 void CheckClock(const Case& of, Outcome& found);
 /// The code demands SYNC0: does it run?
 void CheckSyncActive(const Case& of, Outcome& found);
+/// Is the clock of the slave near the system time?
+void CheckClockAway(const Case& of, Outcome& found);
 /// The code misses a pulse, and all of SYNC0 is right: does SYNC1 run?
 void CheckSync1(const Case& of, Outcome& found);
 /// What is the cycle of SYNC1?

@@ -19,6 +19,44 @@ void CheckCount(const Case& of, Outcome& found, std::size_t manager) {
   found.May(kCountExceeds, std::move(arguments), manager);
 }
 
+void CheckPdosExist(const Case& of, Outcome& found, std::size_t manager) {
+  const process::PdoMapping& seen = of.model.process.seen();
+  const std::uint16_t assignment = AssignmentOf(manager);
+  const process::PdoObject* const list = seen.Find(assignment);
+  const std::uint8_t* const count = list != nullptr ? list->count.if_observed() : nullptr;
+  if (count == nullptr || !of.Counts(list->since)) return;
+  for (const auto& [subindex, pdo] : list->values) {
+    const FrameNo* const missing = seen.Missing(static_cast<std::uint16_t>(pdo));
+    if (subindex > *count || missing == nullptr || !of.Counts(*missing)) continue;
+    return found.May(kPdoMissing,
+                     {{"object", arg::Object(assignment, subindex)},
+                      {"pdo", arg::Object(static_cast<std::uint16_t>(pdo))},
+                      {"assigned_frame", arg::Frame(list->since)},
+                      {"missing_frame", arg::Frame(*missing)},
+                      {"sync_manager", NumberOf(manager)}},
+                     manager);
+  }
+}
+
+void CheckEntries(const Case& of, Outcome& found, std::size_t manager) {
+  const process::PdoMapping& seen = of.model.process.seen();
+  const auto pdos = seen.Assigned(AssignmentOf(manager));
+  if (!pdos || !of.SetUpIsSeen()) return;
+  for (const std::uint16_t pdo : *pdos) {
+    const process::PdoObject* const entries = seen.Find(pdo);
+    const model::ObjectValue* const count = of.model.objects.Find(pdo, 0);
+    if (entries == nullptr || count == nullptr || !count->written || !of.Counts(count->since)) continue;
+    const std::uint8_t left_out = entries->left_out();
+    if (left_out == 0 || left_out > count->raw || entries->highest() > count->raw) continue;
+    return found.May(kEntryLeftOut,
+                     {{"object", arg::Object(pdo, 0)},
+                      {"entry", arg::Object(pdo, left_out)},
+                      {"entries", arg::Count(count->raw, "entry")},
+                      {"count_frame", arg::Frame(count->since)}},
+                     manager);
+  }
+}
+
 namespace {
 
 /// The slave assigns no PDO to the sync manager when it answers.
@@ -76,6 +114,28 @@ void CheckMapped(const Case& of, Outcome& found, std::size_t manager) {
                         {"mapped", arg::Count(signal.bits, "bit")}};
     if (differs) arguments.Set("expected", arg::Count(bits, "bit"));
     return found.May(kMappedLength, std::move(arguments));
+  }
+}
+
+void CheckAligned(const Case& of, Outcome& found, std::size_t manager) {
+  const model::ProcessLayout* const layout = of.Assigned(manager);
+  if (!found.none() || layout == nullptr || !of.Counts(layout->since)) return;
+  for (const model::Signal& signal : layout->signals) {
+    const bool whole = signal.bits >= 16 && signal.bits % 8 == 0;
+    if (signal.sync_manager != manager || signal.gap() || !whole || signal.bit_offset % 8 == 0) continue;
+    const std::uint32_t bytes = layout->bytes_of(static_cast<std::uint8_t>(manager));
+    const auto set = of.manager(manager);
+    if (!set || set->length != bytes) return;
+    std::erase(found.right, &kLengthsFit);
+    return found.May(kUnaligned,
+                     {{"pdo", arg::Object(signal.pdo)},
+                      {"object", arg::Object(signal.index, signal.subindex)},
+                      {"mapped", arg::Count(signal.bits, "bit")},
+                      {"bit", arg::Number(signal.bit_offset % 8)},
+                      {"byte", arg::Number(signal.bit_offset / 8)},
+                      {"sync_manager", NumberOf(manager)},
+                      {"length", Bytes(bytes)}},
+                     manager);
   }
 }
 

@@ -86,10 +86,31 @@ inline constexpr Reason kCountExceeds{
     Word{"tx-count-exceeds-entries", "1C13h:0 counts more PDOs than shown"},
     "The master wrote {entries:number} to {object:number} ({count_frame}), but the capture shows [only "
     "{shown}][{!shown}no entry]. The slave may have fewer PDOs, which may be the reason."};
+inline constexpr Reason kPdoMissing{
+    "assigned-pdo-missing", Word{"rx-pdo-missing", "1C12h assigns a PDO that is missing"},
+    Word{"tx-pdo-missing", "1C13h assigns a PDO that is missing"},
+    "{object:number} assigns {pdo} ({assigned_frame}), but the slave has no such object: it aborted the upload of "
+    "{pdo} "
+    "in {missing_frame} with 0x06020000. A master that reads the mapping leaves its bytes out of SM{sync_manager}. "
+    "This "
+    "may be the reason: assign PDOs that exist, or correct {object:number} in the firmware of the slave."};
+inline constexpr Reason kEntryLeftOut{
+    "entry-left-out", Word{"rx-entry-left-out", "an entry of the mapping was left out"},
+    Word{"tx-entry-left-out", "an entry of the mapping was left out"},
+    "The master wrote {entries:number} to {object:number} ({count_frame}), but the capture shows no {entry}, only "
+    "entries "
+    "after it. This may be the reason: write the entries from subindex 1 on without a gap."};
 inline constexpr Reason kMappedLength{
     "mapped-length-differs", "length of a mapped object",
     "{pdo} maps {object} with {mapped}, [but its type has {expected}][{!expected}which no object has]. This may be "
     "the reason."};
+inline constexpr Reason kUnaligned{
+    "mapping-without-padding", "the mapping lacks padding entries",
+    "{pdo} maps {object} with {mapped} at bit {bit} of byte {byte}: the entries before it end within a byte. Slaves "
+    "usually fill such a byte with an entry of index 0. Without these entries SM{sync_manager} is set to {length}, "
+    "which "
+    "is too short for them. This may be the reason: compare {pdo} with the ESI, and correct it in the firmware of the "
+    "slave."};
 inline constexpr Reason kWatchdogZero{
     "watchdog-zero", "watchdog time is 0",
     "The process data watchdog time {register} is 0, but SM{sync_manager} triggers the watchdog (bit 6 of its "
@@ -144,6 +165,12 @@ inline constexpr Reason kLatchSettings{"latch-settings", "latch control (0x09A8,
                                        "Latch control is {latch0} (0x09A8) and {latch1} (0x09A9), and 0x0980 (owner of "
                                        "the units) is {owner}. A slave that "
                                        "uses the latch units itself may need bits 4 and 5 of 0x0980."};
+inline constexpr Reason kClockAway{
+    "clock-away", "the clock deviates",
+    "The time difference (0x092C) is {difference_ms} in {read_frame}: the clock of the slave and its SYNC0 are off by "
+    "that much.[{?offset_unset} The capture shows no write to the offset (0x0920) since {since}, where the set-up "
+    "began. A slave that was switched off counts from 0.] This may be the reason: write the offset, and wait until "
+    "0x092C is small."};
 inline constexpr Reason kOneBufferFreeRun{"one-buffer-free-run", Word{"one-buffer-outputs", "SM2 has one buffer"},
                                           Word{"one-buffer-inputs", "SM3 has one buffer"},
                                           "SM{sync_manager} has one buffer (control {control}). Without "
@@ -244,15 +271,15 @@ template <class... Reasons>
 constexpr std::array<const NoteKind*, sizeof...(Reasons)> NotesOf(const Reasons&... reasons) {
   return {&reasons.note...};
 }
-inline constexpr std::array kNotes =
-    NotesOf(kMailboxNeverSet, kMailboxOff, kMailboxUnseen, kNoMailboxInEeprom, kNoBootstrapInEeprom, kBootstrapMailbox,
-            kWriteIgnored, kLrwUnsupported, kLrwApart, kOutputsNotSent, kOutputsNotAccepted, kInputsNotRead,
-            kMappedLength, kWatchdogZero, kNoTrigger, kSyncLeftOn, kSyncOff, kSyncUnseen, kManagerUnseen,
-            kSyncOffAtRequest, kSyncOn, kSyncCycleZero, kSyncCycleTooShort, kSyncTypeDiffers, kSyncTypeRejected,
-            kRateDiffers, kIntervalsMissed, kAtPulse, kEepromHeld, kModuleDiffers, kModuleCountDiffers, kModulesUnset,
-            kSyncNeverSet, kCountExceeds, kSyncCycleRejected, kSyncSettings, kMailboxAsEeprom, kTypesSwapped,
-            kNoPdoAssigned, kNothingAssigned, kEnabledWithoutLength, kSync1Off, kSync1CycleRejected, kLatchSettings,
-            kOneBufferFreeRun, kNoSuchManager, kNoClock, kNoOperationMode, kCycleOfNoMode, kBeyondRam);
+inline constexpr std::array kNotes = NotesOf(
+    kMailboxNeverSet, kMailboxOff, kMailboxUnseen, kNoMailboxInEeprom, kNoBootstrapInEeprom, kBootstrapMailbox,
+    kWriteIgnored, kLrwUnsupported, kLrwApart, kOutputsNotSent, kOutputsNotAccepted, kInputsNotRead, kMappedLength,
+    kWatchdogZero, kNoTrigger, kSyncLeftOn, kSyncOff, kSyncUnseen, kManagerUnseen, kSyncOffAtRequest, kSyncOn,
+    kSyncCycleZero, kSyncCycleTooShort, kSyncTypeDiffers, kSyncTypeRejected, kRateDiffers, kIntervalsMissed, kAtPulse,
+    kEepromHeld, kModuleDiffers, kModuleCountDiffers, kModulesUnset, kSyncNeverSet, kCountExceeds, kSyncCycleRejected,
+    kSyncSettings, kMailboxAsEeprom, kTypesSwapped, kNoPdoAssigned, kNothingAssigned, kEnabledWithoutLength, kSync1Off,
+    kSync1CycleRejected, kLatchSettings, kOneBufferFreeRun, kNoSuchManager, kNoClock, kNoOperationMode, kCycleOfNoMode,
+    kBeyondRam, kPdoMissing, kEntryLeftOut, kClockAway, kUnaligned);
 
 /// The notes of a rule together with these.
 template <std::size_t N>

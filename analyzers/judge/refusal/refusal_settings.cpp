@@ -15,7 +15,7 @@ namespace {
 /// master does not write it (CheckTypes), or other checks of the same code name it (CheckLengths,
 /// CheckExists, CheckRam, CheckOperationMode, CheckClock).
 struct About {
-  std::array<Check, 4> checks;           ///< null: no more
+  std::array<Check, 7> checks;           ///< null: no more
   std::array<SettingRange, 3> settings;  ///< empty ones at the end
 };
 
@@ -43,9 +43,11 @@ constexpr std::array kAbout{
     About{{Of<kOutputs, CheckManagerSet>}, {kOutputRegisters}},
     About{{Of<kInputs, CheckManagerSet>}, {kInputRegisters}},
     About{
-        {Of<kOutputs, CheckIgnored>, Of<kOutputs, CheckCount>, Of<kOutputs, CheckMapped>, Of<kOutputs, CheckAssigned>},
+        {Of<kOutputs, CheckIgnored>, Of<kOutputs, CheckCount>, Of<kOutputs, CheckPdosExist>, Of<kOutputs, CheckEntries>,
+         Of<kOutputs, CheckMapped>, Of<kOutputs, CheckAssigned>, Of<kOutputs, CheckAligned>},
         {kOutputRegisters, kRxObjects, kRxAssigned}},
-    About{{Of<kInputs, CheckIgnored>, Of<kInputs, CheckCount>, Of<kInputs, CheckMapped>, Of<kInputs, CheckAssigned>},
+    About{{Of<kInputs, CheckIgnored>, Of<kInputs, CheckCount>, Of<kInputs, CheckPdosExist>, Of<kInputs, CheckEntries>,
+           Of<kInputs, CheckMapped>, Of<kInputs, CheckAssigned>, Of<kInputs, CheckAligned>},
           {kInputRegisters, kTxObjects, kTxAssigned}},
     About{{Of<kOutputs, CheckLengthWithoutPdo>}, {kOutputRegisters, kRxAssigned}},
     About{{Of<kInputs, CheckLengthWithoutPdo>}, {kInputRegisters, kTxAssigned}},
@@ -55,7 +57,7 @@ constexpr std::array kAbout{
     About{{CheckWatchdog}, {kWatchdogRegisters, kOutputRegisters}},
     About{{CheckTrigger}, {kOutputRegisters, kWatchdogRegisters}},
     About{{CheckTypeRejected, CheckSyncSettings}, {kSyncRegisters, kSyncParameters}},
-    About{{CheckLeftOn}, {kClockRegisters, kSyncRegisters}},
+    About{{CheckLeftOn, CheckClockAway}, {kClockRegisters, kSyncRegisters}},
     About{{CheckSyncActive, CheckSyncUnsupported, CheckSyncTypes, CheckSyncSet}, {kSyncRegisters, kSyncParameters}},
     About{{CheckSyncCycle}, {kSyncRegisters, kSyncParameters, kDriveCycle}},
     About{{CheckRate, CheckArrival}, {kSyncRegisters, kClockRegisters, kDriveCycle}},

@@ -3,6 +3,7 @@
 #include "analyzers/judge/operation_modes.h"
 #include "analyzers/judge/refusal/checks.h"
 #include "analyzers/judge/refusal/evidence.h"
+#include "analyzers/judge/refusal/thresholds.h"
 #include "analyzers/sync/sync_type.h"
 #include "decoder/esc/al.h"
 #include "decoder/esc/dc_registers.h"
@@ -82,6 +83,18 @@ void CheckSyncActive(const Case& of, Outcome& found) {
     case PulseVerdict::kNothing:
       return;
   }
+}
+
+void CheckClockAway(const Case& of, Outcome& found) {
+  const auto difference = of.dc.difference();
+  if (!difference || difference->ns <= threshold::kClockAwayNs || !of.Counts(difference->frame.number)) return;
+  if (!of.sync0().value_or(false)) return;
+  found.value = arg::Ms(difference->ns);
+  Arguments arguments{{"difference_ms", arg::Ms(difference->ns)}, {"read_frame", arg::Frame(difference->frame.number)}};
+  if (difference->offset_written == 0 && of.SetUpIsSeen()) {
+    arguments.Set("offset_unset", arg::Flag()).Set("since", arg::Frame(of.state.set_up_since));
+  }
+  found.May(kClockAway, std::move(arguments));
 }
 
 void CheckSync1(const Case& of, Outcome& found) {

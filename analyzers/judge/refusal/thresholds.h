@@ -21,6 +21,8 @@ inline constexpr std::uint64_t kAtPulseOneIn = 2;
 inline constexpr TimeNs kVagueOneIn = 8;
 /// Frames after which a slave has counted what it misses: one that ran for longer did not leave OP for its rhythm.
 inline constexpr FrameNo kShortlyFrames = 1000;
+/// A clock that is further away (0x092C) has not settled: a settled one is within 1 us.
+inline constexpr TimeNs kClockAwayNs = 100'000;
 /// Outputs that arrived so shortly before do not let the watchdog expire: it has 100 ms by default.
 inline constexpr TimeNs kNoPauseNs = 50'000'000;
 /// Modules that differ, each with a note of its own: if one is missing, all after it differ.

@@ -74,6 +74,11 @@ constexpr NoteKind kCountExceeds{
     .text =
         R"(The master wrote {entries:number} to {object:number}, but the capture shows [only {shown}][{!shown}no entry] of
 {list:number}.)"};
+constexpr NoteKind kEntryLeftOut{
+    .name = "entry-left-out",
+    .text =
+        R"(The master wrote {entries:number} to {object:number}, but the capture shows no {entry}, only entries after it.
+The entries of a list have no gap.)"};
 constexpr NoteKind kIsRegister{
     .name = "register-address",
     .text =
@@ -108,9 +113,9 @@ constexpr NoteKind kWrittenLater{.name = "accepted-later",
                                  .text = "In {accepted_frame} the slave accepted the same value."};
 
 constexpr const FindingKind* kKinds[] = {&kAborted, &kAbortedByMaster, &kNotOffered, &kCountTooLarge};
-constexpr const NoteKind* kNotes[] = {&kCountExceeds, &kIsRegister,    &kIndexSwapped,          &kEntrySwapped,
-                                      &kMappedOutput, &kOneEntry,      &kNoCompleteAccessInEsi, &kAssignmentFixed,
-                                      &kMappingFixed, &kWrittenSingly, &kWrittenLater};
+constexpr const NoteKind* kNotes[] = {&kCountExceeds,    &kEntryLeftOut, &kIsRegister,    &kIndexSwapped,
+                                      &kEntrySwapped,    &kMappedOutput, &kOneEntry,      &kNoCompleteAccessInEsi,
+                                      &kAssignmentFixed, &kMappingFixed, &kWrittenSingly, &kWrittenLater};
 
 constexpr RuleInfo kInfo{.id = "sdo-abort",
                          .group = "Mailbox and CoE",
@@ -202,6 +207,9 @@ constexpr Word kCheckLength{"check-length", "Compare the length with the type of
 constexpr Word kCheckValue{"check-value", "Compare the subindex and the value with the limits of the object"};
 constexpr Word kCheckState{"check-state", "Check the state of the drive: AL state, enabled, local control"};
 constexpr Word kCheckCount{"check-count", "Write to subindex 0 the number of entries that exist"};
+constexpr Word kLeftOut{"entry-left-out", "an entry was left out"};
+constexpr Word kWithoutGap{"write-without-gap",
+                           "Write the entries from subindex 1 on without a gap, then their number"};
 constexpr Word kUseRegister{"use-register-access",
                             "Use FPRD or FPWR for a register, or an index from 1000h on for an object"};
 constexpr Word kCheckByteOrder{"check-byte-order", "Write each number with its low byte first"};
@@ -483,6 +491,7 @@ class SdoAbort final : public Rule {
     const process::PdoObject* const list = context().slave(t.slave).process.seen().Find(t.index);
     if (list == nullptr || list->since == 0) return;
     const std::uint8_t shown = list->highest();
+    if (shown == t.data[0]) AddLeftOut(finding, t.index, *list);
     if (shown >= t.data[0]) return;
     Arguments arguments{{"object", arg::Object(t.index, 0)},
                         {"entries", arg::Count(t.data[0], "entry")},
@@ -490,6 +499,15 @@ class SdoAbort final : public Rule {
     if (shown > 0) arguments.Set("shown", arg::Count(shown, "entry"));
     finding.Add(kCountExceeds, std::move(arguments));
     finding.Set("advice", arg::Of(kCheckCount));
+  }
+
+  static void AddLeftOut(Finding& finding, std::uint16_t index, const process::PdoObject& list) {
+    const std::uint8_t left_out = list.left_out();
+    if (left_out == 0) return;
+    finding.Add(kEntryLeftOut, {{"object", arg::Object(index, 0)},
+                                {"entry", arg::Object(index, left_out)},
+                                {"entries", arg::Count(list.highest(), "entry")}});
+    finding.Set("reason", arg::Of(kLeftOut)).Set("advice", arg::Of(kWithoutGap));
   }
 
   /// Complete access that was refused, and the entries that the master has to write one by one instead.

@@ -57,6 +57,50 @@ TEST(PdoMapping, WhatMayHaveBeenWrittenIsForgotten) {
   EXPECT_FALSE(mapping.Forget(kTxAssignment, 0, true)) << "nothing was known of it";
 }
 
+TEST(PdoMapping, AnAbortedUploadShowsThatThereIsNoSuchPdo) {
+  constexpr std::uint32_t kNoObject = 0x06020000;
+  PdoMapping mapping;
+  Transfer upload(SdoService::kUpload, 0x1A1A, 0, {});
+  upload.sdo.outcome = SdoOutcome::kAborted;
+  upload.sdo.abort_code = kNoObject;
+  upload.sdo.last.number = 12;
+  EXPECT_FALSE(mapping.Apply(upload.sdo)) << "nothing of the mapping changes";
+  ASSERT_NE(mapping.Missing(0x1A1A), nullptr);
+  EXPECT_EQ(*mapping.Missing(0x1A1A), 12U);
+  EXPECT_EQ(mapping.Missing(0x1A00), nullptr);
+  EXPECT_EQ(mapping.Find(0x1A1A), nullptr);
+
+  mapping.Apply(Transfer(SdoService::kUpload, 0x1A1A, 0, {1}).sdo);
+  EXPECT_EQ(mapping.Missing(0x1A1A), nullptr) << "now it is there";
+
+  upload.sdo.aborted_by = mailbox::Direction::kOut;
+  mapping.Apply(upload.sdo);
+  EXPECT_EQ(mapping.Missing(0x1A1A), nullptr) << "the master gave up";
+  for (unsigned n = 0; n < 2 * PdoMapping::kMaxMissing; ++n) {
+    upload.sdo.aborted_by = mailbox::Direction::kIn;
+    upload.sdo.index = static_cast<std::uint16_t>(0x1A00U + n);
+    mapping.Apply(upload.sdo);
+  }
+  EXPECT_NE(mapping.Missing(0x1A00), nullptr);
+  EXPECT_EQ(mapping.Missing(0x1A00 + PdoMapping::kMaxMissing), nullptr) << "no more are kept";
+  mapping.Clear();
+  EXPECT_EQ(mapping.Missing(0x1A00), nullptr);
+}
+
+TEST(PdoMapping, AnEntryBelowOthersIsLeftOut) {
+  PdoMapping mapping;
+  mapping.Apply(Transfer(SdoService::kDownload, 0x1600, 0, {0}).sdo);
+  EXPECT_EQ(mapping.Find(0x1600)->left_out(), 0);
+  mapping.Apply(Transfer(SdoService::kDownload, 0x1600, 1, {0x10, 0x00, 0x40, 0x60}).sdo);
+  EXPECT_EQ(mapping.Find(0x1600)->left_out(), 0);
+  mapping.Apply(Transfer(SdoService::kDownload, 0x1600, 3, {0x20, 0x00, 0x7A, 0x60}).sdo);
+  EXPECT_EQ(mapping.Find(0x1600)->left_out(), 2);
+  for (unsigned n = 1; n <= UINT8_MAX; ++n) {
+    mapping.Apply(Transfer(SdoService::kDownload, 0x1601, static_cast<std::uint8_t>(n), {1, 0, 0, 0x70}).sdo);
+  }
+  EXPECT_EQ(mapping.Find(0x1601)->left_out(), 0);
+}
+
 TEST(PdoMapping, UploadsTeachAsMuchAsDownloads) {
   PdoMapping mapping;
   mapping.Apply(Transfer(SdoService::kUpload, 0x1600, 0, {2}).sdo);
