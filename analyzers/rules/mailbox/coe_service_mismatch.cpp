@@ -4,6 +4,7 @@
 #include "analyzers/model/slave_model.h"
 #include "decoder/mailbox/coe.h"
 #include "decoder/mailbox/events.h"
+#include "decoder/track/network.h"
 
 namespace ecaudit::coe_service_mismatch {
 namespace {
@@ -24,6 +25,18 @@ constexpr FindingKind kResponse{
 vendor manuals (byte 7 = 0x20) is wrong.)",
     .next = "Correct the slave: put CoE service 3 into responses."};
 
+constexpr FindingKind kSlaveRequests{
+    .name = "request-of-slave",
+    .title = "Slave requests {object:number} from station {station}: has to be forwarded",
+    .message =
+        R"(The message of the slave in {frame} is an SDO request for [{object}], with station address {station} in
+its mailbox header. No request of the master belongs to it. So the slave wants this object of another slave, and the
+master has to forward the message. A slave that gets no answer may report a time-out (abort code 0x05040000) by
+emergency.)",
+    .next = R"(Let the master forward mailbox messages between slaves (slave-to-slave, mailbox gateway), or switch the
+request off in the slave.)",
+    .identity = "object station"};
+
 constexpr FindingKind kHeaderBits{
     .name = "header-bits",
     .title =
@@ -35,7 +48,7 @@ constexpr FindingKind kHeaderBits{
         "this message.][{!number}bits 9 to 11 of the CoE header are 0.]",
     .identity = "coe_header"};
 
-constexpr const FindingKind* kKinds[] = {&kRequest, &kResponse, &kHeaderBits};
+constexpr const FindingKind* kKinds[] = {&kRequest, &kResponse, &kSlaveRequests, &kHeaderBits};
 
 constexpr RuleInfo kInfo{.id = "coe-service-mismatch",
                          .group = "Mailbox and CoE",
@@ -60,6 +73,9 @@ Masters that check the service drop the response. Slaves may ignore the request.
 with service 2 (byte 7 = 0x20). A slave or a test that follows this example is wrong.
 
 ## How it is decided
+A message of a slave with service 2, with the station address of another device in its mailbox header, and without a
+request of the master, is a request of the slave: it wants an object of another slave, and the master has to forward it.
+
 All messages of a transfer are evaluated, except aborts: real slaves send them with service 2 or 3. A PDO number
 or reserved bits in the header are an info: most receivers ignore them.
 
@@ -83,6 +99,9 @@ class CoeServiceMismatch final : public Rule {
                        m.payload.size() >= mailbox::kCoeHeaderBytes;
     if (m.header.protocol != mailbox::Protocol::kCoE || !whole) return;
     const mailbox::CoeHeader header = mailbox::ParseCoeHeader(m.payload);
+    if (m.direction == mailbox::Direction::kIn && header.service == mailbox::CoeService::kSdoRequest) {
+      addressed_ = {m.slave, m.frame().number, m.header.address};
+    }
     const bool number = header.number != 0 && !IsPdo(header.service);
     if (!number && header.reserved == 0) return;
     const auto word = LittleEndian<std::uint16_t>(m.payload, 0);
@@ -101,6 +120,7 @@ class CoeServiceMismatch final : public Rule {
   void On(const mailbox::SdoTransfer& t) {
     if (!t.request_service_mismatch && !t.response_service_mismatch) return;
     const bool request = t.request_service_mismatch;
+    if (!request && !t.request.seen() && ReportRequest(t)) return;
     const std::uint64_t key = request ? 1 : 2;
     if (Repeat(t.slave, key, t.service_mismatch) != kNoFinding) return;
     Finding finding = Found(request ? kRequest : kResponse, t.slave, t.service_mismatch);
@@ -115,6 +135,30 @@ class CoeServiceMismatch final : public Rule {
   void Finish() override { (void)NotEvaluableWithoutReturns(); }
 
  private:
+  /// A message of a slave with service 2.
+  struct Addressed {
+    SlaveId slave = kNoSlave;
+    FrameNo frame = 0;
+    std::uint16_t station = 0;
+  };
+
+  /// Nothing of the master belongs to it, and it is addressed to another station.
+  bool ReportRequest(const mailbox::SdoTransfer& t) {
+    const bool addressed = addressed_.slave == t.slave && addressed_.frame == t.service_mismatch.number;
+    const std::uint16_t* const own = context().network().slaves()[t.slave].station.if_known();
+    if (!addressed || addressed_.station == 0 || own == nullptr || *own == addressed_.station) return false;
+    const std::uint64_t key =
+        std::uint64_t{1} << 40U | std::uint64_t{addressed_.station} << 24U | std::uint64_t{t.index} << 8U | t.subindex;
+    if (Repeat(t.slave, key, t.service_mismatch) != kNoFinding) return true;
+    Finding finding = Found(kSlaveRequests, t.slave, t.service_mismatch);
+    finding.Set("station", arg::Hex(addressed_.station));
+    SetObject(finding, t, *context().slave(t.slave).profile);
+    Report(key, std::move(finding));
+    return true;
+  }
+
+  Addressed addressed_;  ///< the last one
+
   static bool IsPdo(mailbox::CoeService service) {
     using enum mailbox::CoeService;
     return service == kTxPdo || service == kRxPdo || service == kTxPdoRequest || service == kRxPdoRequest;
