@@ -78,6 +78,16 @@ are mapped, so its watchdog does not report the missing ones.)",
 master can set up. If this part of the slave is not used, switch SM{sync_manager} off.)",
     .identity = "sync_manager"};
 
+constexpr FindingKind kNothingAssigned{
+    .name = "nothing-assigned",
+    .title = "In OP without process data: 1C12h and 1C13h assign no PDO",
+    .message =
+        R"(The slave is in OP since {frame}, and exchanges nothing: 1C12h:0 and 1C13h:0 are 0 ({count_frame}), and no FMMU is
+active. {other} is the same device, and has {other_bytes} of process data in OP. So the lists of this slave may have been
+left empty by an earlier run.)",
+    .next = R"(Write the PDOs to 1C12h and 1C13h in PREOP, in each start-up. Or load the defaults of the slave: power
+cycle, 1011h.)"};
+
 constexpr NoteKind kStaysInOp{
     .name = "stays-in-op",
     .text =
@@ -90,7 +100,7 @@ constexpr NoteKind kNoSuchFmmu{
         R"(For these the master wrote FMMU {fmmu} in {fmmu_frame}, which the slave did not accept: its controller has only
 {fmmus} (0x0004).)"};
 
-constexpr const FindingKind* kKinds[] = {&kSwitchedOff, &kNotMapped, &kOpRefused, &kPartNotMapped};
+constexpr const FindingKind* kKinds[] = {&kSwitchedOff, &kNotMapped, &kOpRefused, &kPartNotMapped, &kNothingAssigned};
 constexpr const NoteKind* kNotes[] = {&kStaysInOp, &kNoSuchFmmu};
 
 constexpr Word kWatchdogTimeZero{"watchdog-time-zero", "0x0420 is 0"};
@@ -138,6 +148,8 @@ evaluated.
 - Outputs of one sync manager beside mapped ones of another are a warning: the slave stays in OP without them.
 - Inputs that no FMMU maps are an info: the master does not use them, and the slave does not need that. They are a
   warning if the master wrote an FMMU for them that the slave controller does not have (0x0004).
+- A slave in OP whose 1C12h and 1C13h are empty is an info if another slave with the same vendor, product code and
+  revision exchanges process data: it may be meant so.
 - One access to the memory of the sync manager by position or station address proves an exchange without FMMU.
 
 ## Example
@@ -223,6 +235,7 @@ class FmmuInactive final : public Rule {
 
   void Finish() override {
     for (std::size_t s = 0; s < slaves_.size(); ++s) Leave(static_cast<SlaveId>(s), context().statistics().last);
+    for (std::size_t s = 0; s < slaves_.size(); ++s) EvaluateNothing(static_cast<SlaveId>(s));
     for (const Consequence& drop : drops_)
       NameCause(context(), "al-unexpected-change", drop.slave, drop.frame, drop.cause);
     for (const Consequence& r : refusals_) NameCause(context(), "al-refused", r.slave, r.frame, r.cause);
@@ -240,6 +253,7 @@ class FmmuInactive final : public Rule {
     FrameRef shown;     ///< the last read that shows it in OP
     FrameRef off;       ///< its outputs are switched off since then; not seen: they are not
     bool was_in_op = false;
+    FrameRef last_op;
     std::array<bool, 2> direct{};                ///< inputs are read, outputs are written without FMMU
     std::bitset<esc::kMaxSyncManagers> written;  ///< outputs of these are written without FMMU
     std::array<bool, 2> reported{};              ///< since it is in OP
@@ -247,6 +261,7 @@ class FmmuInactive final : public Rule {
     FrameNo dropped = 0;
   };
   static constexpr std::size_t kMost = 256;
+  static constexpr std::uint64_t kNothing = 3;
   static constexpr std::uint64_t kParts = 16;  ///< key of sync manager 0; below: directions
   struct Consequence {
     SlaveId slave = kNoSlave;
@@ -278,6 +293,7 @@ class FmmuInactive final : public Rule {
     Watched& slave = slaves_[id];
     const FrameRef since = slave.op_since;
     slave.was_in_op = true;
+    slave.last_op = since;
     const bool long_enough = since.has_time && frame.has_time && Elapsed(since.time, frame.time) >= kLongEnoughNs;
     for (const bool outputs : {true, false}) {
       if (!long_enough) continue;
@@ -392,6 +408,49 @@ class FmmuInactive final : public Rule {
       return false;
     }
     return true;
+  }
+
+  /// The slave gave 0 for both, or took it.
+  [[nodiscard]] const process::PdoObject* EmptyList(SlaveId id, std::uint16_t assignment) const {
+    const process::PdoObject* const list = context().slave(id).process.seen().Find(assignment);
+    const std::uint8_t* const count = list != nullptr ? list->count.if_observed() : nullptr;
+    return count != nullptr && *count == 0 ? list : nullptr;
+  }
+
+  /// Another slave of the same kind that has process data; kNoSlave: none.
+  [[nodiscard]] SlaveId SiblingOf(SlaveId id) const {
+    const track::IdentityLearned& own = context().slave(id).identity;
+    if (!own.vendor_id || !own.product_code || !own.revision) return kNoSlave;
+    for (std::size_t s = 0; s < slaves_.size(); ++s) {
+      const auto other = static_cast<SlaveId>(s);
+      const model::SlaveModel& slave = context().slave(other);
+      const bool same = slave.identity.vendor_id == own.vendor_id && slave.identity.product_code == own.product_code &&
+                        slave.identity.revision == own.revision;
+      if (other != id && same && slaves_[s].was_in_op && slave.outputs.exchanged + slave.inputs.exchanged > 0) {
+        return other;
+      }
+    }
+    return kNoSlave;
+  }
+
+  /// A device whose lists an earlier run left empty reaches OP all the same.
+  void EvaluateNothing(SlaveId id) {
+    const Watched& slave = slaves_[id];
+    const track::KnownFmmus& fmmus = context().network().fmmus(id);
+    const process::PdoObject* const rx = EmptyList(id, process::kRxAssignment);
+    const process::PdoObject* const tx = EmptyList(id, process::kTxAssignment);
+    if (!slave.last_op.seen() || rx == nullptr || tx == nullptr || !fmmus.active.empty()) return;
+    if (rx->since > slave.last_op.number || tx->since > slave.last_op.number || MissesPackets(context().pairing()))
+      return;
+    const SlaveId other = SiblingOf(id);
+    if (other == kNoSlave || Repeat(id, kNothing, slave.last_op) != kNoFinding) return;
+    const model::ProcessData& process = context().slave(other).process;
+    Finding finding = Found(kNothingAssigned, id, slave.last_op);
+    finding.confidence = Confidence::kInferred;
+    finding.Set("count_frame", arg::Frame(std::max(rx->since, tx->since)))
+        .Set("other", arg::Slave(other, context().Label(other)))
+        .Set("other_bytes", arg::Count(process.rx().bytes() + process.tx().bytes(), "byte"));
+    Report(kNothing, Severity::kInfo, std::move(finding));
   }
 
   /// Sync manager n, if it is enabled for outputs.

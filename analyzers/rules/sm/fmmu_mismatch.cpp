@@ -13,7 +13,9 @@
 #include "analyzers/judge/sync_manager_text.h"
 #include "analyzers/model/model_events.h"
 #include "analyzers/model/slave_model.h"
+#include "analyzers/sync/sync_model.h"
 #include "decoder/base/text.h"
+#include "decoder/esc/register_addresses.h"
 #include "decoder/track/events.h"
 #include "decoder/track/network.h"
 
@@ -73,6 +75,16 @@ both follow the same commands.])",
         "same commands.]",
     .identity = "logical_address"};
 
+constexpr FindingKind kLatchOff{
+    .name = "latch-times-stand",
+    .title = "Latch times are mapped, but stand still: 0x0981 is {activation}",
+    .message =
+        R"(FMMU {fmmu} reads the latch times {first} to {last}. From {frame} (OP) to {change_frame} the other inputs of the slave
+changed {changes}, but no latch time changed. 0x0981 is {activation}[ since {write_frame}]: the unit for SYNC and latch
+signals is off. Terminals with time stamps may capture nothing then.)",
+    .next = R"(Write the high byte of AssignActivate to 0x0981 in PREOP: 1 for 0x0100. The ESI of the device gives it
+(Dc/OpMode). If the terminal needs none, check the signal.)"};
+
 constexpr NoteKind kInputsChange{
     .name = "inputs-change",
     .text = R"(In {change_frame} these inputs have another value. So the slave writes them without a sync manager, as
@@ -85,7 +97,8 @@ constexpr NoteKind kTypesSwapped{
 used for {used}[{?by_eeprom}, also by the EEPROM]. A master that sets its FMMUs by 1C00h maps the wrong sync manager. Use
 the types of the EEPROM, or correct 1C00h in the firmware of the slave.)"};
 
-constexpr const FindingKind* kKinds[] = {&kWrongDirection, &kOutside, &kOnMailbox, &kSharedInputs, &kSharedOutputs};
+constexpr const FindingKind* kKinds[] = {&kWrongDirection, &kOutside,       &kOnMailbox,
+                                         &kSharedInputs,   &kSharedOutputs, &kLatchOff};
 constexpr const NoteKind* kNotes[] = {&kInputsChange, &kTypesSwapped};
 
 constexpr Word kOutputs{"outputs", "outputs", true};
@@ -110,6 +123,8 @@ inputs for an FMMU that reads, of outputs for one that writes.
 Also whether FMMUs of two slaves cover the same bits of the logical process image: read FMMUs, so that both slaves write
 them into the same frame, or write FMMUs, so that both take the same outputs.
 
+Latch times (0x09B0 to 0x09CF) that an FMMU reads stand still, and the unit for SYNC and latch signals is off (0x0981).
+
 ## Why it matters
 Bytes outside a sync manager have no buffers: values are torn, outputs never reach the application, inputs stay old. If
 two slaves write the same bits, the last one on the bus wins, and the inputs of the other are lost. A slave that takes a
@@ -124,6 +139,8 @@ rules.
 - If no sync manager is enabled at all, and inputs that the FMMU reads change, the slave writes them all the same: an
   info.
 - FMMUs of registers (below 0x1000 and outside every sync manager: the mailbox state 0x080D) are normal.
+- Latch times count from OP on. The finding needs 8 changes of the other inputs that the same datagram reads. One change
+  of a latch time shows that the slave captures.
 - Inputs and outputs of one slave at the same logical address are normal.
 - Write FMMUs of two slaves on the same bits are a warning if each has bits that the other has not. If one range
   contains the other, both slaves may receive one command in common: an info.
@@ -145,6 +162,7 @@ class FmmuMismatch final : public Rule {
   }
 
   void On(const model::AlAnswered& e) {
+    WatchLatch(e);
     const auto state = static_cast<esc::AlState>(e.request.control.state());
     if (e.outcome == model::AlAnswered::Outcome::kRefused) return;
     if (state != esc::AlState::SAFEOP && state != esc::AlState::OP) return;
@@ -162,6 +180,7 @@ class FmmuMismatch final : public Rule {
 
   void On(const track::LogicalAccess& e) {
     if (e.assumed || !e.returned.seen() || e.wkc == 0) return;
+    if (!latches_.empty() && e.command != wire::Command::LWR) WatchLatchTimes(e);
     const track::Network& network = context().network();
     if (version_ != network.mapping_version()) FindShared(e);
     if (e.command != wire::Command::LWR) {
@@ -198,6 +217,96 @@ class FmmuMismatch final : public Rule {
     bool outputs = false;  ///< of both; else inputs
     bool reported = false;
   };
+
+  static constexpr EscAddress kLatchTimesEnd = 0x09D0;
+  static constexpr std::size_t kMaxLatches = 64;
+  static constexpr std::uint64_t kLatchKey = 1;    ///< no other key is so low
+  static constexpr std::uint16_t kMaxOthers = 64;  ///< bytes
+  static constexpr unsigned kChangesNeeded = 8;    ///< of other inputs: some edges may be of a channel without latch
+
+  /// Where the inputs of a slave lie in the process data.
+  struct Place {
+    std::uint32_t logical = 0;
+    std::uint16_t bytes = 0;
+  };
+  /// Latch times of a slave in OP, and its other inputs.
+  struct Latch {
+    SlaveId slave = kNoSlave;
+    FrameRef since;
+    track::KnownFmmus::Unit unit;
+    Place others;
+    std::vector<std::uint8_t> times, other;  ///< empty: not read yet
+    unsigned changes = 0;                    ///< of the other inputs
+    bool done = false;
+  };
+
+  /// The slave is in OP: does an FMMU read its latch times while 0x0981 is off?
+  void WatchLatch(const model::AlAnswered& e) {
+    std::erase_if(latches_, [&](const Latch& latch) { return latch.slave == e.slave; });
+    const bool reached = e.outcome != model::AlAnswered::Outcome::kRefused &&
+                         e.request.control.state() == static_cast<std::uint8_t>(esc::AlState::OP);
+    const sync::DcUnit& unit = context().sync().dc(e.slave);
+    if (!reached || !unit.activation() || unit.activation()->active() || latches_.size() >= kMaxLatches) return;
+    const auto& fmmus = context().network().fmmus(e.slave).active;
+    const auto reads_times = [](const track::KnownFmmus::Unit& u) {
+      return u.fmmu.reads() && u.fmmu.byte_aligned() && u.fmmu.physical_start >= esc::kLatchTimes &&
+             u.fmmu.physical_end() <= kLatchTimesEnd;
+    };
+    const auto reads_memory = [](const track::KnownFmmus::Unit& u) {
+      return u.fmmu.reads() && u.fmmu.physical_start >= kRegistersEnd;
+    };
+    const auto times = std::ranges::find_if(fmmus, reads_times);
+    const auto others = std::ranges::find_if(fmmus, reads_memory);
+    if (times == fmmus.end() || others == fmmus.end()) return;
+    latches_.push_back({.slave = e.slave,
+                        .since = e.frame,
+                        .unit = *times,
+                        .others = {others->fmmu.logical_start, std::min(others->fmmu.length, kMaxOthers)},
+                        .times = {},
+                        .other = {}});
+  }
+
+  /// Empty: the access does not read all of it.
+  static ByteSpan BytesOf(const track::LogicalAccess& e, const Place& place) {
+    if (place.logical < e.address || !ecaudit::Fits(e.returned_data, place.logical - e.address, place.bytes)) return {};
+    return e.returned_data.subspan(place.logical - e.address, place.bytes);
+  }
+
+  void Compare(const track::LogicalAccess& e, Latch& latch) {
+    const ByteSpan times = BytesOf(e, {latch.unit.fmmu.logical_start, latch.unit.fmmu.length});
+    const ByteSpan other = BytesOf(e, latch.others);
+    if (times.empty() || other.empty()) return;
+    if (latch.times.empty()) {
+      latch.times.assign(times.begin(), times.end());
+      latch.other.assign(other.begin(), other.end());
+      return;
+    }
+    const sync::DcUnit& unit = context().sync().dc(latch.slave);
+    const bool off = unit.activation() && !unit.activation()->active();
+    latch.done = !off || !std::ranges::equal(times, latch.times);
+    if (latch.done || std::ranges::equal(other, latch.other)) return;
+    latch.other.assign(other.begin(), other.end());
+    if (++latch.changes < kChangesNeeded) return;
+    latch.done = true;
+    if (Repeat(latch.slave, kLatchKey, e.returned) != kNoFinding) return;
+    const esc::Fmmu& fmmu = latch.unit.fmmu;
+    Finding finding = Found(kLatchOff, latch.slave, latch.since);
+    finding.confidence = Confidence::kInferred;
+    finding.Set("fmmu", arg::Number(latch.unit.number))
+        .Set("first", arg::Hex(fmmu.physical_start))
+        .Set("last", arg::Hex(static_cast<std::uint32_t>(fmmu.physical_end() - 1)))
+        .Set("changes", arg::Count(latch.changes, "time"))
+        .Set("change_frame", arg::Frame(e.returned.number))
+        .Set("activation", arg::Hex(unit.activation()->raw, 2));
+    if (unit.activation_changed() != 0) finding.Set("write_frame", arg::Frame(unit.activation_changed()));
+    AddRelated(finding, e.returned.number);
+    Report(kLatchKey, Severity::kWarning, std::move(finding));
+  }
+
+  void WatchLatchTimes(const track::LogicalAccess& e) {
+    for (Latch& latch : latches_) Compare(e, latch);
+    std::erase_if(latches_, [](const Latch& latch) { return latch.done; });
+  }
 
   /// Inputs of a slave without an enabled sync manager: whether their values change.
   struct Unmanaged {
@@ -565,6 +674,7 @@ class FmmuMismatch final : public Rule {
   std::optional<std::uint64_t> version_;        ///< of the mapping that mapped_ and shared_ were made from
   std::vector<Mapped> mapped_;                  ///< FMMUs of process data, by their first logical bit
   std::vector<Shared> shared_;
+  std::vector<Latch> latches_;
   std::vector<Unmanaged> unmanaged_;
 };
 
