@@ -123,9 +123,8 @@ class Pipeline::Impl {
         break;
     }
     if (statistics_.ethercat_frames == 0) {
-      constexpr std::uint64_t kSetBySlaves = std::uint64_t{1} << 41U;
       statistics_.ethercat_interface = packet.interface_index();
-      statistics_.ethercat_sender = packet.source_mac() & ~kSetBySlaves;
+      statistics_.ethercat_sender = packet.sender();
     }
     if (packet.padding() > 0) ++statistics_.padded_frames;
     if (packet.esl().has_time) ++statistics_.esl_frames;

@@ -44,7 +44,7 @@ void AlignedSource::Advance(Reader& reader) noexcept {
   reader.last = reader.head.time;
   const wire::FrameView& frame = parser_.Parse(reader.head);
   if (frame.kind() != wire::FrameKind::kEtherCat || frame.empty()) return;
-  reader.key = frame.key() ^ SenderOf(frame);
+  reader.key = frame.key() ^ frame.sender();
 }
 
 /// Whose packet comes next. A return never stands before its frame, whatever the clocks show.

@@ -17,10 +17,10 @@ std::size_t DirectionLearner::PlaceOf(std::uint64_t mac) const noexcept {
 
 void DirectionLearner::Learn(const wire::FrameView& frame) noexcept {
   if (frame.kind() != wire::FrameKind::kEtherCat && frame.kind() != wire::FrameKind::kCut) return;
-  const std::size_t place = PlaceOf(SenderOf(frame));
+  const std::size_t place = PlaceOf(frame.sender());
   if (place == kMaxMasters) return;
   Sender& sender = senders_[place];
-  if (place == count_) senders_[count_++].mac = SenderOf(frame);
+  if (place == count_) senders_[count_++].mac = frame.sender();
   sender.signs.Add(frame);
   if (frame.empty()) return;
   LearnLikeness(sender, frame);

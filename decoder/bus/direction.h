@@ -29,7 +29,6 @@
 #include <span>
 
 #include "decoder/bus/direction_evidence.h"
-#include "decoder/bus/frame_progress.h"
 #include "decoder/bus/sender_tally.h"
 #include "decoder/wire/frame_view.h"
 
@@ -108,7 +107,7 @@ class DirectionLearner {
   [[nodiscard]] std::span<Sender> senders() { return std::span(senders_).first(count_); }
   [[nodiscard]] std::size_t PlaceOf(std::uint64_t mac) const noexcept;
   [[nodiscard]] const Sender* Find(const wire::FrameView& frame) const noexcept {
-    const std::size_t place = PlaceOf(SenderOf(frame));
+    const std::size_t place = PlaceOf(frame.sender());
     return place < count_ ? &senders_[place] : nullptr;
   }
   void LearnLikeness(Sender& sender, const wire::FrameView& frame) noexcept;

@@ -37,9 +37,5 @@ struct Progress {
 }
 /// Where it was captured: port of the probe and capture interface.
 [[nodiscard]] std::uint32_t PortOf(const wire::FrameView& frame) noexcept;
-/// Its source address, the same before and after it passed slaves: without bit 1 of the first byte.
-[[nodiscard]] inline std::uint64_t SenderOf(const wire::FrameView& frame) {
-  return frame.source_mac() & ~(std::uint64_t{1} << 41U);
-}
 
 }  // namespace ecaudit::bus

@@ -48,7 +48,7 @@ struct Side {
     const bool enough = frames.size() >= kAtTheBeginning && pause > kLongPauseNs;
     full = full || enough || (pause > 0 && ClockJumps(before.time, ref.time));
     if (full) return;
-    frames.push_back({frame.key() ^ SenderOf(frame), ProgressOf(frame), ref, frame.mac_bit()});
+    frames.push_back({frame.key() ^ frame.sender(), ProgressOf(frame), ref, frame.mac_bit()});
     full = frames.size() == kFrames;
   }
 };

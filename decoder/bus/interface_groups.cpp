@@ -63,7 +63,7 @@ std::optional<std::size_t> InterfaceGroups::PlaceOf(std::uint16_t interface) noe
 
 /// As much of it as shows whether another packet is the same.
 InterfaceGroups::Seen InterfaceGroups::FindCopy(const wire::FrameView& frame) noexcept {
-  const std::uint64_t sender = SenderOf(frame);
+  const std::uint64_t sender = frame.sender();
   return {.key = frame.key() ^ WrappingProduct(sender, std::uint64_t{0x9E3779B97F4A7C15}),
           .content = ContentOf(frame),
           .progress = ProgressOf(frame),

@@ -45,7 +45,7 @@ class Senders {
  public:
   /// Number of the sender of this frame; more than any bus has share the last place.
   [[nodiscard]] std::uint8_t IndexOf(const wire::FrameView& frame, const DirectionLearner& directions) noexcept {
-    const std::uint64_t mac = SenderOf(frame);
+    const std::uint64_t mac = frame.sender();
     for (std::uint8_t i = 0; i < count_; ++i) {
       if (all_[i].mac == mac) return i;
     }
@@ -57,7 +57,7 @@ class Senders {
   /// Whose frames may have returned with this address: a frame keeps its own. Where the address is none that sends, a
   /// switch or a card has written another one, and it may belong to any sender.
   [[nodiscard]] Owner OwnerOf(const wire::FrameView& returned) const noexcept {
-    const std::uint64_t mac = SenderOf(returned);
+    const std::uint64_t mac = returned.sender();
     for (std::uint8_t i = 0; i < count_; ++i) {
       if (all_[i].mac == mac && all_[i].newest > 0) return {i};
     }

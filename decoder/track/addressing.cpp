@@ -62,7 +62,7 @@ std::optional<std::uint16_t> Addressing::Count(const DatagramPair& d) {
   if (count > bus::SlaveSet::kMaxSlaves) return std::nullopt;  // a damaged or made-up counter
   const std::uint16_t* before = slave_count_.if_known();
   const wire::FrameView& frame = d.transaction.any();
-  const std::uint64_t sender = bus::SenderOf(frame);
+  const std::uint64_t sender = frame.sender();
   if (sender == counts_for_) counted_ = frame.ref();
   if (before != nullptr && *before == count && sender == counts_for_) return std::nullopt;  // nearly always
   segments_.OnCounted(sender);
@@ -167,21 +167,20 @@ SlaveId Addressing::ShownInDoubt(const DatagramPair& d, SlavePos position) {
 
 void Addressing::OnAnswered(SlaveId id, const DatagramPair& d) {
   if (wire::IsNodeAddressed(d.command()) && places_.OnAnswer(id, d.transaction.first_ref().number)) ++version_;
-  if (segments_.OnAnswered(id, bus::SenderOf(d.transaction.any()))) ++version_;
+  if (segments_.OnAnswered(id, d.transaction.any().sender())) ++version_;
 }
 
 bool Addressing::Concerns(SlaveId id, const DatagramPair& d) const {
-  return d.transaction.other_end || d.transaction.joined ||
-         segments_.MayConcern(id, bus::SenderOf(d.transaction.any()));
+  return d.transaction.other_end || d.transaction.joined || segments_.MayConcern(id, d.transaction.any().sender());
 }
 
 bool Addressing::ConcernsAll(const DatagramPair& d) const {
-  return d.transaction.other_end || d.transaction.joined || segments_.MayConcernAll(bus::SenderOf(d.transaction.any()));
+  return d.transaction.other_end || d.transaction.joined || segments_.MayConcernAll(d.transaction.any().sender());
 }
 
 /// The slaves were counted by who sent this: another program may count those of another bus.
 bool Addressing::IsCountOf(const DatagramPair& d) const {
-  const std::uint64_t sender = bus::SenderOf(d.transaction.any());
+  const std::uint64_t sender = d.transaction.any().sender();
   return sender == counts_for_ || segments_.HasCounted(sender) || d.transaction.other_end || d.transaction.joined;
 }
 

@@ -127,7 +127,7 @@ void AlTracker::OnBroadcastRead(const DatagramPair& d) {
     if (std::ranges::any_of(sent, [](std::uint8_t b) { return b != 0; })) return;
   }
   const ByteSpan data = Slice(d.any.data(), static_cast<std::size_t>(esc::kAlStatus - d.address()));
-  const Answer answer{d.transaction.returned_ref(), d.transaction.sent_ref(), data, bus::SenderOf(d.transaction.any()),
+  const Answer answer{d.transaction.returned_ref(), d.transaction.sent_ref(), data, d.transaction.any().sender(),
                       data[0]};
   events_.Publish(AlStatusOfAll{answer.frame, esc::AlWord{static_cast<std::uint16_t>(answer.status & 0x1FU)}, *count});
   SlaveId only = *count == 1 ? OnlySlave() : kNoSlave;

@@ -119,11 +119,10 @@ bool IsBigEndian(ByteSpan bytes, std::size_t offset) {
 /// then is the destination is the master. Masters with such a source address (SOEM) send to all or to a group.
 std::uint64_t SenderIn(ByteSpan bytes, const LinkHeader& header) {
   constexpr std::uint64_t kGroup = std::uint64_t{1} << 40U;
-  constexpr std::uint64_t kSetBySlaves = std::uint64_t{1} << 41U;
   const std::uint64_t source = Mac(bytes, header.source);
   if ((source & kGroup) == 0 || !header.destination) return source;
   const std::uint64_t destination = Mac(bytes, *header.destination);
-  return destination == 0 || (destination & kGroup) != 0 ? source : destination | kSetBySlaves;
+  return destination == 0 || (destination & kGroup) != 0 ? source : destination | kMacBit;
 }
 
 /// Takes the record of a probe, the sender and the packet type.

@@ -20,6 +20,8 @@
 namespace ecaudit::wire {
 
 /// Bytes before the data of a datagram, and of the working counter after it.
+/// In a source address: the bit that every ESC sets in frames that pass it (locally administered).
+inline constexpr std::uint64_t kMacBit = std::uint64_t{1} << 41U;
 inline constexpr std::size_t kDatagramHeaderBytes = 10;
 inline constexpr std::size_t kWorkingCounterBytes = 2;
 
@@ -152,7 +154,9 @@ class FrameView : private FrameFields {
   [[nodiscard]] std::uint64_t source_mac() const { return source_mac_; }
   /// Locally-administered bit of the source MAC: every ESC sets it, so "has passed a slave" - unless the master's own
   /// address has it.
-  [[nodiscard]] bool mac_bit() const { return (source_mac_ >> 41U & 1U) != 0; }
+  [[nodiscard]] bool mac_bit() const { return (source_mac_ & kMacBit) != 0; }
+  /// The source address, the same before and after it passed slaves.
+  [[nodiscard]] std::uint64_t sender() const { return source_mac_ & ~kMacBit; }
   [[nodiscard]] const EslRecord& esl() const { return esl_; }
   /// Type nibble of the EtherCAT header: 1 commands, 4 network variables, 5 mailbox gateway; 0 when there is no header.
   [[nodiscard]] std::uint8_t ethercat_type() const { return ethercat_type_; }

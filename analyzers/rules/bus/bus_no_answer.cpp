@@ -96,12 +96,12 @@ class BusNoAnswer final : public Rule {
         longest_row_ = std::max(longest_row_, since_.count);
       }
       last_returned_ = e.frame.ref();
-      AddAnswered(bus::SenderOf(e.frame));
+      AddAnswered(e.frame.sender());
       since_.count = since_answered_.count = 0;
     } else if (e.direction == bus::Direction::kOutbound) {
       sent_before_last_ = since_.last.seen() ? since_.last : e.frame.ref();
       since_.Add(e.frame.ref());
-      if (WasAnswered(bus::SenderOf(e.frame))) since_answered_.Add(e.frame.ref());
+      if (WasAnswered(e.frame.sender())) since_answered_.Add(e.frame.ref());
     }
   }
 

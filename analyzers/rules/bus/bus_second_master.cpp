@@ -138,7 +138,7 @@ class BusSecondMaster final : public Rule {
 
   void On(const FrameSeen& e) {
     if (e.frame.empty()) return;
-    const std::uint64_t mac = bus::SenderOf(e.frame);
+    const std::uint64_t mac = e.frame.sender();
     if (e.direction == bus::Direction::kOutbound) {
       FollowSent(mac, e.frame);
       sequences_.FollowSent(e.frame);
