@@ -90,16 +90,14 @@ inline constexpr Reason kPdoMissing{
     "assigned-pdo-missing", Word{"rx-pdo-missing", "1C12h assigns a PDO that is missing"},
     Word{"tx-pdo-missing", "1C13h assigns a PDO that is missing"},
     "{object:number} assigns {pdo} ({assigned_frame}), but the slave has no such object: it aborted the upload of "
-    "{pdo} "
-    "in {missing_frame} with 0x06020000. A master that reads the mapping leaves its bytes out of SM{sync_manager}. "
-    "This "
-    "may be the reason: assign PDOs that exist, or correct {object:number} in the firmware of the slave."};
+    "{pdo} in {missing_frame} with 0x06020000. A master that reads the mapping leaves its bytes out of "
+    "SM{sync_manager}. This may be the reason: assign PDOs that exist, or correct {object:number} in the firmware of "
+    "the slave."};
 inline constexpr Reason kEntryLeftOut{
     "entry-left-out", Word{"rx-entry-left-out", "an entry of the mapping was left out"},
     Word{"tx-entry-left-out", "an entry of the mapping was left out"},
     "The master wrote {entries:number} to {object:number} ({count_frame}), but the capture shows no {entry}, only "
-    "entries "
-    "after it. This may be the reason: write the entries from subindex 1 on without a gap."};
+    "entries after it. This may be the reason: write the entries from subindex 1 on without a gap."};
 inline constexpr Reason kMappedLength{
     "mapped-length-differs", "length of a mapped object",
     "{pdo} maps {object} with {mapped}, [but its type has {expected}][{!expected}which no object has]. This may be "
@@ -108,9 +106,8 @@ inline constexpr Reason kUnaligned{
     "mapping-without-padding", "the mapping lacks padding entries",
     "{pdo} maps {object} with {mapped} at bit {bit} of byte {byte}: the entries before it end within a byte. Slaves "
     "usually fill such a byte with an entry of index 0. Without these entries SM{sync_manager} is set to {length}, "
-    "which "
-    "is too short for them. This may be the reason: compare {pdo} with the ESI, and correct it in the firmware of the "
-    "slave."};
+    "which is too short for them. This may be the reason: compare {pdo} with the ESI, and correct it in the firmware "
+    "of the slave."};
 inline constexpr Reason kWatchdogZero{
     "watchdog-zero", "watchdog time is 0",
     "The process data watchdog time {register} is 0, but SM{sync_manager} triggers the watchdog (bit 6 of its "

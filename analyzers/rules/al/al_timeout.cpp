@@ -21,33 +21,34 @@ namespace {
 constexpr FindingKind kNotReached{
     .name = "not-reached",
     .title =
-        "{requested} not reached within {limit_ms}[{?no_pdi}: its PDI is not operational][{!no_pdi}[{?mode}: maybe "
-        "SYNC0 has to be on][{!mode}, and no error]]",
+        "{requested} not reached within {limit_ms}[{?no_pdi}: its PDI is not operational][{?eeprom_held}: maybe the "
+        "EEPROM is not released][{!other_reason}[{?mode}: maybe SYNC0 has to be on][{!mode}, and no error]]",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. Since then it read AL Status {polls}. After {waited_ms} ({frame}) AL Status is still
 {al_status:number} ({al_status}), without the error bit.[ The limit of {limit_ms} comes from {limit_source}.][ The outputs
 select mode {mode}, which works with SYNC0, and SYNC0 is off.])",
     .next =
         "[{?no_pdi}Check EEPROM and processor of the slave: its firmware has to start, and use the PDI that the EEPROM "
-        "names.][{!no_pdi}[{?mode}Set up distributed clocks and activate SYNC0 (0x0981) before SAFEOP is requested. If "
-        "that does not help: ]Check whether the slave runs, and whether it waits for power, inputs or "
-        "synchronisation.]",
+        "names.][{?eeprom_held}Write 1 to 0x0500 before PREOP is requested.][{!other_reason}[{?mode}Set up distributed "
+        "clocks and activate SYNC0 (0x0981) before SAFEOP is requested. If that does not help: ]Check whether the "
+        "slave runs, and whether it waits for power, inputs or synchronisation.]",
     .identity = "requested"};
 
 constexpr FindingKind kGivenUp{
     .name = "given-up",
     .title =
-        "[{?allowed_ms}{requested} given up after {waited_ms}: the ESI allows {allowed_ms}][{!allowed_ms}"
-        "{requested} not reached in {waited_ms}[{?no_pdi}: its PDI is not operational][{!no_pdi}[{?mode}: maybe SYNC0 "
-        "has to be on][{!mode}, then the master gave up]]]",
+        "[{?allowed_ms}{requested} given up after {waited_ms}: the ESI allows {allowed_ms}][{!allowed_ms}{requested} "
+        "not reached in {waited_ms}[{?no_pdi}: its PDI is not operational][{?eeprom_held}: maybe the EEPROM is not "
+        "released][{!other_reason}[{?mode}: maybe SYNC0 has to be on][{!mode}, then the master gave up]]]",
     .message = R"(The master requested {requested} (AL Control {al_control}) in {request_frame}[, {times} up to
 {last_request_frame}]. It read AL Status {polls}. Up to {frame} these reads show {shown}, without the error bit. In
 {next_frame} the master requests a lower state.[ The outputs select mode {mode}, which works with SYNC0, and SYNC0 is
 off.])",
     .next =
         "[{?allowed_ms}Let the master wait {allowed_ms} for {requested}.][{!allowed_ms}[{?no_pdi}Check EEPROM and "
-        "processor of the slave.][{!no_pdi}[{?mode}Set up distributed clocks and activate SYNC0 (0x0981) before SAFEOP "
-        "is requested. If that does not help: ]Configure a longer wait in the master, or check the slave.]]",
+        "processor of the slave.][{?eeprom_held}Write 1 to 0x0500 before PREOP is requested.][{!other_reason}[{?mode}"
+        "Set up distributed clocks and activate SYNC0 (0x0981) before SAFEOP is requested. If that does not help: ]"
+        "Configure a longer wait in the master, or check the slave.]]",
     .identity = "requested"};
 
 constexpr FindingKind kNotReachedOnBus{
@@ -92,7 +93,14 @@ constexpr NoteKind kNoPdi{
     .text = R"(Bit 0 of DL Status (0x0110) is 0 in {dl_status_frame}: the slave controller has not loaded its EEPROM, or
 its PDI is not operational. Then its processor does not see the request.)",
 };
-constexpr const NoteKind* kNotes[] = {&kNotDescribed, &kHangs, &kNoPdi, &kEsiDemandUnmet, &kFurtherEsiDemands};
+constexpr NoteKind kEepromHeld{
+    .name = "eeprom-not-released",
+    .text =
+        R"(Bit 0 of 0x0500 is 0[ since {owner_frame}]: the master holds the EEPROM. A slave whose processor reads it on
+the way to PREOP waits for it, which may be the reason.)",
+};
+constexpr const NoteKind* kNotes[] = {&kNotDescribed, &kHangs,          &kNoPdi,
+                                      &kEepromHeld,   &kEsiDemandUnmet, &kFurtherEsiDemands};
 
 constexpr Word kEni{"eni", "the ENI"};
 constexpr Word kEsi{"esi", "the ESI of the slave"};
@@ -133,6 +141,7 @@ AL Status is read and still shows the old state after the limit.
   an ESI (--esi) the finding compares this wait with the time that the ESI allows.
 - A request that the slave leaves in its mailbox, without an answer since, shows that its application does not run.
 - SYNC0 that is off is named if OP is requested, and the outputs select an interpolated or cyclic synchronous mode.
+- If the slave does not reach PREOP and the master holds the EEPROM (0x0500 bit 0 is 0), this is named as possible.
 - If DL Status (0x0110) was read and its bit 0 is 0, the finding states that the PDI is not operational.
 - With an ESI, the finding lists what the ESI requires before this request and the start-up does not meet.
 - A request that the slave has to ignore (see al-error-not-acknowledged) is not waited for.
@@ -177,6 +186,7 @@ class AlTimeout final : public Rule {
     AddRelated(finding, e.request.frame.number);
     if (e.request.transition != nullptr && !e.request.transition->performed) finding.Add(kNotDescribed);
     AddPdi(finding, e.slave);
+    AddEeprom(finding, e.request);
     Remember(Report(RequestKey(e.request), std::move(finding)), e.slave, e.request);
   }
   void On(const model::AlGivenUp& e) {
@@ -196,6 +206,7 @@ class AlTimeout final : public Rule {
       finding.Set("allowed_ms", arg::Ms(*allowed));
     }
     AddPdi(finding, e.slave);
+    AddEeprom(finding, e.request);
     Remember(Report(key, Severity::kWarning, std::move(finding)), e.slave, e.request);
   }
 
@@ -270,9 +281,21 @@ class AlTimeout final : public Rule {
     const auto mail = mail_.find(slave);
     if (shown == not_operational_.end()) return;
     if (mail != mail_.end() && mail->second.answered > shown->second) return;
-    finding.Set("no_pdi", arg::Flag());
+    finding.Set("no_pdi", arg::Flag()).Set("other_reason", arg::Flag());
     finding.Add(kNoPdi, {{"dl_status_frame", arg::Frame(shown->second)}});
     AddRelated(finding, shown->second);
+  }
+
+  void AddEeprom(Finding& finding, const model::AlRequestRecord& request) const {
+    const track::SlaveState& state = context().network().state(finding.slave);
+    const auto owned_by_pdi = state.sii.owned_by_pdi();
+    const bool preop = request.control.state() == static_cast<std::uint8_t>(esc::AlState::PREOP);
+    if (!preop || !owned_by_pdi || *owned_by_pdi || finding.arguments.Has("no_pdi")) return;
+    Arguments arguments;
+    if (const FrameNo since = context().slave(finding.slave).set_up.eeprom_owner_since(); since != 0) {
+      arguments.Set("owner_frame", arg::Frame(since));
+    }
+    finding.Set("eeprom_held", arg::Flag()).Set("other_reason", arg::Flag()).Add(kEepromHeld, std::move(arguments));
   }
 
   /// A slave whose mailbox stays full as well: its application serves neither.
