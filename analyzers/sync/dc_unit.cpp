@@ -101,7 +101,7 @@ void DcUnit::OnDifference(const track::SlaveAccess& access) {
   const ByteSpan raw = access.Covered(access.read, esc::kSystemTimeDifference, 4);
   if (raw.empty()) return;
   difference_last_ = esc::TimeDifference{LittleEndian<std::uint32_t>(raw, 0)}.magnitude_ns();
-  difference_frame_ = access.frame();
+  difference_frame_ = access.frame().number;
   if (difference_reads_++ == 0 || difference_last_ > difference_max_) {
     difference_max_ = difference_last_;
     difference_max_frame_ = access.frame();
@@ -212,8 +212,8 @@ void DcUnit::BeginAnew() {
   FindPulses();
   cycle_configured_ = {};
   cycle_rewritten_.reset();
-  difference_above_ = settled_ = difference_frame_ = {};
-  offset_written_ = 0;
+  difference_above_ = settled_ = {};
+  difference_frame_ = offset_written_ = 0;
   own_time_.reset();
 }
 

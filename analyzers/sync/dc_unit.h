@@ -102,11 +102,11 @@ class DcUnit {
   /// The last read of 0x092C since the slave was set up, and since its offset was written.
   struct Difference {
     std::uint32_t ns = 0;
-    FrameRef frame;
+    FrameNo frame = 0;
     FrameNo offset_written = 0;  ///< the last write to 0x0920 to 0x092B since the slave was set up; 0: none
   };
   [[nodiscard]] std::optional<Difference> difference() const {
-    if (!difference_frame_.seen() || difference_frame_.number < offset_written_) return std::nullopt;
+    if (difference_frame_ == 0 || difference_frame_ < offset_written_) return std::nullopt;
     return Difference{difference_last_, difference_frame_, offset_written_};
   }
   /// Something of the unit was read or configured by the slave's own address.
@@ -160,8 +160,8 @@ class DcUnit {
   FrameRef latched_;
   std::uint64_t difference_reads_ = 0;
   std::uint32_t difference_last_ = 0, difference_max_ = 0;
-  FrameRef difference_max_frame_, difference_frame_;
-  FrameNo offset_written_ = 0;
+  FrameRef difference_max_frame_;
+  FrameNo difference_frame_ = 0, offset_written_ = 0;  ///< of the last read and write since the slave was set up
   FrameRef difference_above_, settled_;
   std::vector<DcStep> steps_;
   std::uint64_t steps_left_out_ = 0;

@@ -1,5 +1,7 @@
 #include "decoder/process/pdo_mapping.h"
 
+#include <algorithm>
+
 #include "decoder/base/bytes.h"
 
 namespace ecaudit::process {
@@ -62,7 +64,7 @@ bool PdoMapping::Apply(const mailbox::SdoTransfer& transfer) {
   const bool aborted = transfer.outcome == mailbox::SdoOutcome::kAborted &&
                        transfer.aborted_by == mailbox::Direction::kIn && transfer.abort_code == kNoObject;
   if (aborted && transfer.service == mailbox::SdoService::kUpload && missing_.size() < kMaxMissing) {
-    missing_.insert_or_assign(transfer.index, transfer.last.number);
+    if (MissingSince(transfer.index) == nullptr) missing_.push_back({transfer.index, transfer.last.number});
   }
   if (transfer.data_gap || transfer.data.empty()) return false;
   Certainty certainty = Certainty::kObserved;
@@ -72,7 +74,7 @@ bool PdoMapping::Apply(const mailbox::SdoTransfer& transfer) {
     return false;
   }
   const FrameNo frame = transfer.response.seen() ? transfer.response.number : transfer.request.number;
-  missing_.erase(transfer.index);
+  std::erase_if(missing_, [&](const Missing& missing) { return missing.pdo == transfer.index; });
   bool changed = false;
   for (const PdoValue& value : PdoValuesOf(transfer)) {
     changed |= Set(transfer.index, value.subindex, value.value, certainty, frame);
@@ -149,9 +151,9 @@ const PdoObject* PdoMapping::Find(std::uint16_t index) const {
   return found == objects_.end() ? nullptr : &found->second;
 }
 
-const FrameNo* PdoMapping::Missing(std::uint16_t pdo) const {
-  const auto found = missing_.find(pdo);
-  return found == missing_.end() ? nullptr : &found->second;
+const FrameNo* PdoMapping::MissingSince(std::uint16_t pdo) const {
+  const auto found = std::ranges::find(missing_, pdo, &Missing::pdo);
+  return found == missing_.end() ? nullptr : &found->aborted;
 }
 
 std::optional<std::vector<std::uint16_t>> PdoMapping::Assigned(std::uint16_t assignment) const {

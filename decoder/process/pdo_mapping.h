@@ -100,16 +100,20 @@ class PdoMapping {
   /// Contents of a mapping object, if completely known.
   [[nodiscard]] std::optional<std::vector<MappingEntry>> Mapped(std::uint16_t pdo) const;
   /// The slave does not have this PDO: the frame in which it aborted an upload of it. Null: not known.
-  [[nodiscard]] const FrameNo* Missing(std::uint16_t pdo) const;
+  [[nodiscard]] const FrameNo* MissingSince(std::uint16_t pdo) const;
   /// Changes with everything that is learned.
   [[nodiscard]] std::uint32_t version() const { return version_; }
 
  private:
+  struct Missing {
+    std::uint16_t pdo = 0;
+    FrameNo aborted = 0;
+  };
   bool Set(std::uint16_t index, std::uint8_t subindex, std::uint32_t value, Certainty certainty, FrameNo frame);
 
   Allowance* allowance_;
   std::map<std::uint16_t, PdoObject> objects_;
-  std::map<std::uint16_t, FrameNo> missing_;  ///< at most kMaxMissing
+  std::vector<Missing> missing_;  ///< at most kMaxMissing
   std::size_t values_ = 0;
   std::uint32_t version_ = 0;
 };

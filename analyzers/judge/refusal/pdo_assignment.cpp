@@ -26,7 +26,7 @@ void CheckPdosExist(const Case& of, Outcome& found, std::size_t manager) {
   const std::uint8_t* const count = list != nullptr ? list->count.if_observed() : nullptr;
   if (count == nullptr || !of.Counts(list->since)) return;
   for (const auto& [subindex, pdo] : list->values) {
-    const FrameNo* const missing = seen.Missing(static_cast<std::uint16_t>(pdo));
+    const FrameNo* const missing = seen.MissingSince(static_cast<std::uint16_t>(pdo));
     if (subindex > *count || missing == nullptr || !of.Counts(*missing)) continue;
     return found.May(kPdoMissing,
                      {{"object", arg::Object(assignment, subindex)},

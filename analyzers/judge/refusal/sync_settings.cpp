@@ -87,10 +87,10 @@ void CheckSyncActive(const Case& of, Outcome& found) {
 
 void CheckClockAway(const Case& of, Outcome& found) {
   const auto difference = of.dc.difference();
-  if (!difference || difference->ns <= threshold::kClockAwayNs || !of.Counts(difference->frame.number)) return;
+  if (!difference || difference->ns <= threshold::kClockAwayNs || !of.Counts(difference->frame)) return;
   if (!of.sync0().value_or(false)) return;
   found.value = arg::Ms(difference->ns);
-  Arguments arguments{{"difference_ms", arg::Ms(difference->ns)}, {"read_frame", arg::Frame(difference->frame.number)}};
+  Arguments arguments{{"difference_ms", arg::Ms(difference->ns)}, {"read_frame", arg::Frame(difference->frame)}};
   if (difference->offset_written == 0 && of.SetUpIsSeen()) {
     arguments.Set("offset_unset", arg::Flag()).Set("since", arg::Frame(of.state.set_up_since));
   }

@@ -180,7 +180,7 @@ class FmmuInactive final : public Rule {
     if (!refused || e.request.control.state() != kOp) return;
     if (e.slave >= slaves_.size()) slaves_.resize(static_cast<std::size_t>(e.slave) + 1);
     Watched& slave = slaves_[e.slave];
-    if (slave.op_since.seen()) return;
+    if (slave.in_op) return;
     slave.reported.fill(false);
     slave.outputs = kNoFinding;
     (void)Evaluate(e.slave, true, e.frame, nullptr, true);
@@ -192,8 +192,9 @@ class FmmuInactive final : public Rule {
     const bool op = e.status.state() == kOp;
     if (op && e.slave < slaves_.size()) slaves_[e.slave].shown = e.frame;
     if (e.slave >= slaves_.size() && op) slaves_.resize(static_cast<std::size_t>(e.slave) + 1);
-    if (e.slave >= slaves_.size() || !op || slaves_[e.slave].op_since.seen()) return;
+    if (e.slave >= slaves_.size() || !op || slaves_[e.slave].in_op) return;
     Watched& slave = slaves_[e.slave];
+    slave.in_op = true;
     slave.op_since = slave.shown = e.frame;
     slave.off = {};
     slave.direct.fill(false);
@@ -213,7 +214,7 @@ class FmmuInactive final : public Rule {
   void On(const model::AlErrorCode& e) { Blame(e.slave, e.code); }
   void On(const track::SlaveAccess& e) {
     if (e.acceptance == track::Acceptance::kRefused) NoteRefused(e);
-    if (e.slave >= slaves_.size() || !slaves_[e.slave].op_since.seen() || !e.done() || e.broadcast) return;
+    if (e.slave >= slaves_.size() || !slaves_[e.slave].in_op || !e.done() || e.broadcast) return;
     if (e.address >= esc::kFmmuBase && e.address < esc::FmmuAddress(esc::kMaxFmmus) && !e.written.empty()) {
       for (const bool outputs : {true, false}) (void)Evaluate(e.slave, outputs, e.frame(), &e);
     } else if (e.address >= esc::RegisterImage::kSize) {
@@ -249,11 +250,11 @@ class FmmuInactive final : public Rule {
 
  private:
   struct Watched {
-    FrameRef op_since;  ///< not seen: not in OP
+    FrameRef op_since;  ///< the last time
     FrameRef shown;     ///< the last read that shows it in OP
     FrameRef off;       ///< its outputs are switched off since then; not seen: they are not
-    bool was_in_op = false;
-    FrameRef last_op;
+    bool in_op = false;
+    bool was_in_op = false;                      ///< and left it
     std::array<bool, 2> direct{};                ///< inputs are read, outputs are written without FMMU
     std::bitset<esc::kMaxSyncManagers> written;  ///< outputs of these are written without FMMU
     std::array<bool, 2> reported{};              ///< since it is in OP
@@ -289,11 +290,10 @@ class FmmuInactive final : public Rule {
 
   /// @param by_itself  the slave dropped
   void Leave(SlaveId id, const FrameRef& frame, bool by_itself = false) {
-    if (id >= slaves_.size() || !slaves_[id].op_since.seen()) return;
+    if (id >= slaves_.size() || !slaves_[id].in_op) return;
     Watched& slave = slaves_[id];
     const FrameRef since = slave.op_since;
     slave.was_in_op = true;
-    slave.last_op = since;
     const bool long_enough = since.has_time && frame.has_time && Elapsed(since.time, frame.time) >= kLongEnoughNs;
     for (const bool outputs : {true, false}) {
       if (!long_enough) continue;
@@ -303,7 +303,7 @@ class FmmuInactive final : public Rule {
     }
     if (long_enough && !slave.reported[1]) EvaluateParts(id, since);
     if (slave.off.seen() && slave.outputs != kNoFinding && !by_itself) GoesOn(id, true, slave.outputs, slave.off);
-    slave.op_since = {};
+    slave.in_op = false;
   }
 
   /// It did not leave OP by itself, as far as the capture shows.
@@ -439,13 +439,13 @@ class FmmuInactive final : public Rule {
     const track::KnownFmmus& fmmus = context().network().fmmus(id);
     const process::PdoObject* const rx = EmptyList(id, process::kRxAssignment);
     const process::PdoObject* const tx = EmptyList(id, process::kTxAssignment);
-    if (!slave.last_op.seen() || rx == nullptr || tx == nullptr || !fmmus.active.empty()) return;
-    if (rx->since > slave.last_op.number || tx->since > slave.last_op.number || MissesPackets(context().pairing()))
-      return;
+    if (!slave.was_in_op || rx == nullptr || tx == nullptr || !fmmus.active.empty()) return;
+    const FrameNo since = slave.op_since.number;
+    if (rx->since > since || tx->since > since || MissesPackets(context().pairing())) return;
     const SlaveId other = SiblingOf(id);
-    if (other == kNoSlave || Repeat(id, kNothing, slave.last_op) != kNoFinding) return;
+    if (other == kNoSlave || Repeat(id, kNothing, slave.op_since) != kNoFinding) return;
     const model::ProcessData& process = context().slave(other).process;
-    Finding finding = Found(kNothingAssigned, id, slave.last_op);
+    Finding finding = Found(kNothingAssigned, id, slave.op_since);
     finding.confidence = Confidence::kInferred;
     finding.Set("count_frame", arg::Frame(std::max(rx->since, tx->since)))
         .Set("other", arg::Slave(other, context().Label(other)))

@@ -65,26 +65,26 @@ TEST(PdoMapping, AnAbortedUploadShowsThatThereIsNoSuchPdo) {
   upload.sdo.abort_code = kNoObject;
   upload.sdo.last.number = 12;
   EXPECT_FALSE(mapping.Apply(upload.sdo)) << "nothing of the mapping changes";
-  ASSERT_NE(mapping.Missing(0x1A1A), nullptr);
-  EXPECT_EQ(*mapping.Missing(0x1A1A), 12U);
-  EXPECT_EQ(mapping.Missing(0x1A00), nullptr);
+  ASSERT_NE(mapping.MissingSince(0x1A1A), nullptr);
+  EXPECT_EQ(*mapping.MissingSince(0x1A1A), 12U);
+  EXPECT_EQ(mapping.MissingSince(0x1A00), nullptr);
   EXPECT_EQ(mapping.Find(0x1A1A), nullptr);
 
   mapping.Apply(Transfer(SdoService::kUpload, 0x1A1A, 0, {1}).sdo);
-  EXPECT_EQ(mapping.Missing(0x1A1A), nullptr) << "now it is there";
+  EXPECT_EQ(mapping.MissingSince(0x1A1A), nullptr) << "now it is there";
 
   upload.sdo.aborted_by = mailbox::Direction::kOut;
   mapping.Apply(upload.sdo);
-  EXPECT_EQ(mapping.Missing(0x1A1A), nullptr) << "the master gave up";
+  EXPECT_EQ(mapping.MissingSince(0x1A1A), nullptr) << "the master gave up";
   for (unsigned n = 0; n < 2 * PdoMapping::kMaxMissing; ++n) {
     upload.sdo.aborted_by = mailbox::Direction::kIn;
     upload.sdo.index = static_cast<std::uint16_t>(0x1A00U + n);
     mapping.Apply(upload.sdo);
   }
-  EXPECT_NE(mapping.Missing(0x1A00), nullptr);
-  EXPECT_EQ(mapping.Missing(0x1A00 + PdoMapping::kMaxMissing), nullptr) << "no more are kept";
+  EXPECT_NE(mapping.MissingSince(0x1A00), nullptr);
+  EXPECT_EQ(mapping.MissingSince(0x1A00 + PdoMapping::kMaxMissing), nullptr) << "no more are kept";
   mapping.Clear();
-  EXPECT_EQ(mapping.Missing(0x1A00), nullptr);
+  EXPECT_EQ(mapping.MissingSince(0x1A00), nullptr);
 }
 
 TEST(PdoMapping, AnEntryBelowOthersIsLeftOut) {
