@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <bit>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -136,7 +137,7 @@ class SyncDifferenceLarge final : public Rule {
     if (!access.written.empty() && access.acceptance != track::Acceptance::kRefused) {
       slave.settled = any_.settled = false;
       slave.first = any_.first = {};
-      slave.wait = {};
+      waits_.erase(access.slave);
       slave.distributed = any_.distributed = context().sync().clock().distributions();
     }
     const ByteSpan written = access.Covered(access.written, esc::kSystemTimeDelay, 4);
@@ -149,8 +150,8 @@ class SyncDifferenceLarge final : public Rule {
     const ByteSpan raw = access.Covered(access.read, esc::kSystemTimeDifference, 4);
     if (raw.empty()) return;
     const std::uint32_t magnitude = esc::TimeDifference{LittleEndian<std::uint32_t>(raw, 0)}.magnitude_ns();
-    if (!Synchronous(access.slave)) return Wait(slave, access.frame(), magnitude);
-    if (magnitude <= LimitNs()) slave.wait = {};
+    if (!Synchronous(access.slave)) return Wait(access.slave, access.frame(), magnitude);
+    if (magnitude <= LimitNs()) waits_.erase(access.slave);
     slave.read = true;
     if (!IsDistributed(slave)) return;
     if (!Settled(slave, access.frame(), magnitude)) return;
@@ -188,7 +189,7 @@ class SyncDifferenceLarge final : public Rule {
       // The clock of any run counts: the last one may have ended in INIT.
       if (!context().sync().dc(id).activated()) continue;
       if (s < slaves_.size()) CheckDelay(id, slaves_[s]);
-      if (s < slaves_.size() && CheckWait(id, slaves_[s])) continue;
+      if (s < slaves_.size() && CheckWait(id)) continue;
       const bool read = any_.read || (s < slaves_.size() && slaves_[s].read);
       const bool counted = any_.counted || (s < slaves_.size() && slaves_[s].counted);
       if (!read) NotEvaluable(id, ReasonCode::kNotRead, kDifference);
@@ -212,7 +213,6 @@ class SyncDifferenceLarge final : public Rule {
     std::uint64_t distributed = 0;  ///< how often the time was when the clock was set up
     std::uint32_t delay_ns = 0;     ///< 0x0928
     FrameRef delay_frame;
-    Waiting wait;
     FrameNo reported_delay = 0;  ///< the frame of the last one that was checked and too long
   };
 
@@ -227,11 +227,11 @@ class SyncDifferenceLarge final : public Rule {
     return is;
   }
 
-  void Wait(Slave& slave, const FrameRef& frame, std::uint32_t magnitude) {
-    Waiting& wait = slave.wait;
+  void Wait(SlaveId id, const FrameRef& frame, std::uint32_t magnitude) {
     if (magnitude <= LimitNs()) {
-      wait = {};
-    } else if (IsDistributed(slave)) {
+      waits_.erase(id);
+    } else if (IsDistributed(slaves_[id])) {
+      Waiting& wait = waits_[id];
       if (wait.reads++ == 0) {
         wait.first = frame;
         wait.first_ns = magnitude;
@@ -242,8 +242,10 @@ class SyncDifferenceLarge final : public Rule {
   }
 
   /// True when the clock of the slave is reported.
-  bool CheckWait(SlaveId id, const Slave& slave) {
-    const Waiting& wait = slave.wait;
+  bool CheckWait(SlaveId id) {
+    const auto found = waits_.find(id);
+    if (found == waits_.end()) return false;
+    const Waiting& wait = found->second;
     const model::AlMachine& al = context().slave(id).al;
     if (wait.reads < kFilter || !wait.first.has_time || !wait.last.has_time || !Synchronous(id)) return false;
     const TimeNs waited = Elapsed(wait.first.time, wait.last.time);
@@ -299,6 +301,7 @@ class SyncDifferenceLarge final : public Rule {
   }
 
   std::vector<Slave> slaves_;
+  std::map<SlaveId, Waiting> waits_;  ///< of few slaves
   Slave any_;
   std::vector<FindingIndex> delays_;
 };
