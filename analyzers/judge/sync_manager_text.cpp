@@ -195,6 +195,10 @@ std::uint64_t KeyOfBoth(std::uint64_t one, std::uint64_t other) {
   return WrappingSum(WrappingProduct(one, kSpread), other);
 }
 
+bool MayBeSetUnseen(const RuleContext& context, const model::AlRequestJudged& e, const KnownSyncManager& known) {
+  return context.network().LikelyMissesBetween(known.since, e.request.frame.number);
+}
+
 Finding DescribeFaults(const RuleContext& context, const model::AlRequestJudged& e,
                        const model::SyncManagerDemand& demand, const KnownSyncManager& known,
                        const std::vector<Fault>& faults) {
@@ -221,7 +225,7 @@ Finding DescribeFaults(const RuleContext& context, const model::AlRequestJudged&
     if (const auto code = RefusalCode(*row, demand.number)) finding.Set("expected_code", CodeValue(*code, family));
   }
   AddRelated(finding, known.since);
-  const bool likely_missed = context.network().LikelyMissesBetween(known.since, request.frame.number);
+  const bool likely_missed = MayBeSetUnseen(context, e, known);
   const bool certain = known.observed && !request.assumed;
   finding.confidence = certain && !likely_missed ? Confidence::kObserved : Confidence::kInferred;
   if (likely_missed) finding.Add(sync_manager_fault::kMayBeSetUnseen);

@@ -116,6 +116,10 @@ inline constexpr const NoteKind* kNotes[] = {&kOutboundOnly, &kSetByBroadcast, &
 
 }  // namespace sync_manager_fault
 
+/// Between these settings and the request the capture misses frames, certainly or most likely.
+[[nodiscard]] bool MayBeSetUnseen(const RuleContext& context, const model::AlRequestJudged& request,
+                                  const KnownSyncManager& known);
+
 /// The finding for `faults` (at least one) of one sync manager when the master requests a state.
 [[nodiscard]] Finding DescribeFaults(const RuleContext& context, const model::AlRequestJudged& request,
                                      const model::SyncManagerDemand& demand, const KnownSyncManager& known,

@@ -517,6 +517,8 @@ void AxisWatch::Forget() {
   state_known_ = false;
   recent_.clear();
   last_state_.reset();
+  inputs_.reset();
+  input_change_ = {};
   words_changed_ = way_changed_ = true;
   newest_outputs_.forgotten = newest_inputs_.forgotten = true;
   if (checks_ == nullptr) return;

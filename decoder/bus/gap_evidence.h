@@ -10,15 +10,15 @@ namespace ecaudit::bus {
 
 enum class GapVerdict : std::uint8_t {
   kNone,
-  kIndicesSkip,      ///< certain, by the indices: frames in flight may have returned unseen
-  kCopyMissing,      ///< certain, by the outbound copy of a return: the same
-  kLikelySkip,       ///< likely: the indices skip for the first time, and nothing else shows that frames are missing
-  kMaySkip,          ///< possible: the same, of a master that has skipped numbers before
-  kNumbersSkip,      ///< the same, and at the rate of the sender there was no time for them
-  kFewMayMiss,       ///< possible: a frame did not return, and the number of the next one is a little further
-  kRoundMayMiss,     ///< possible: one round of indices fits between a frame and its repetition
-  kAnotherCapture,   ///< possible: the clock jumps, another capture begins
-  kSilence,          ///< possible: a silence that the master explains, frames in flight are not in doubt
+  kIndicesSkip,     ///< certain, by the indices: frames in flight may have returned unseen
+  kCopyMissing,     ///< certain, by the outbound copy of a return: the same
+  kLikelySkip,      ///< likely: the indices skip, for the first time lately; nothing else shows that frames are missing
+  kMaySkip,         ///< possible: the same, of a master that has skipped numbers lately
+  kNumbersSkip,     ///< the same, and at the rate of the sender there was no time for them
+  kFewMayMiss,      ///< possible: a frame did not return, and the number of the next one is a little further
+  kRoundMayMiss,    ///< possible: one round of indices fits between a frame and its repetition
+  kAnotherCapture,  ///< possible: the clock jumps, another capture begins
+  kSilence,         ///< possible: a silence that the master explains, frames in flight are not in doubt
   kSilenceInFlight,  ///< possible: a silence in which frames in flight may have returned unseen
   kAskTime,          ///< the indices leave it open
 };
@@ -32,7 +32,7 @@ enum class IndexFact : std::uint8_t {
   kAnyInFlight,     ///< a frame of the sender is in flight
   kTimeForSkipped,  ///< the skipped frames could be sent in the time between
   kTimeAtRate,      ///< also if they follow one another as those before did
-  kLeftOutNone,     ///< the counter that skips has left out no number before
+  kLeftOutNone,     ///< the counter that skips has left out no number lately
   kLongPause,       ///< and the sender sent nothing for much longer than before
   kWhole,           ///< so far the capture holds both copies of all frames
   kOnlyOneFits,     ///< no more frames than this one fit into the time between

@@ -49,7 +49,7 @@ class IndexSequence {
   [[nodiscard]] bool restarts() const noexcept;
   /// After kBroken: how many frames at least are missing, if any.
   [[nodiscard]] std::uint32_t skipped() const { return skipped_; }
-  /// After kBroken: true when the counter that is broken has left out no number before, as far as known.
+  /// After kBroken: true when the counter that is broken has left out no number lately.
   [[nodiscard]] bool left_out_none() const { return left_out_none_; }
   /// After kBroken: true when the frames are missing somewhere before the frame before, see Jump.
   [[nodiscard]] bool broke_earlier() const { return broke_earlier_; }
@@ -99,7 +99,7 @@ class IndexSequence {
     bool begins = false;
     bool few = false;
     std::uint32_t skipped = 0;   ///< by the first counter that is broken ...
-    bool left_out_none = false;  ///< ... which has left out no number before
+    bool left_out_none = false;  ///< ... which has left out no number lately
   };
 
   [[nodiscard]] static std::size_t KindOf(const wire::FrameView& frame) noexcept;

@@ -32,7 +32,7 @@ struct PairingStatistics {
   FrameRef first_gap;                    ///< the frame after the first of them
   std::uint64_t skips = 0;         ///< places where the indices skip, and nothing else shows that frames are missing
   FrameRef first_skip;             ///< likewise
-  std::uint64_t likely_skips = 0;  ///< of these, the first ones of a counter: frames are missing most likely
+  std::uint64_t likely_skips = 0;  ///< of these, the first ones lately: frames are missing most likely
   std::uint64_t reordered = 0;     ///< came back after frames that were sent later
   FrameRef first_reordered;        ///< the first of them, as it came back ...
   FrameRef last_reordered;         ///< ... and the last

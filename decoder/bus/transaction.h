@@ -15,7 +15,7 @@ enum class GapBefore : std::uint8_t {
   kRounds,    ///< as kPossible, but all frames are matched and the indices go on: whole rounds of them would be missing
   kPossible,  ///< no frame was sent for much longer than before, or the stamps go back; the indices do not show why
   kSkip,      ///< the indices skip, but both copies of all frames are there: the master may have skipped numbers
-  kLikelySkip,  ///< the same, and the master has left out no number before
+  kLikelySkip,  ///< the same, and the master has left out no number lately
   kCertain,     ///< the indices show it, or another master is there
 };
 

@@ -206,7 +206,7 @@ struct CaptureGap {
   FrameRef frame;        ///< the first after the capture gap
   bool certain = false;  ///< false: the master may as well have been silent ...
   bool skip = false;  ///< ... or, here, have skipped numbers: the indices skip, and both copies of all frames are there
-  bool likely = false;  ///< ... for the first time, as far as known
+  bool likely = false;  ///< ... for the first time lately: frames are missing most likely
   FrameRef before;      ///< the last one with a time stamp before it; not seen(): none, or another recording begins
 
   /// From the last frame before it to the first one after it; nullopt where the clock does not show it.

@@ -19,9 +19,9 @@
 
 namespace ecaudit::wire {
 
-/// Bytes before the data of a datagram, and of the working counter after it.
 /// In a source address: the bit that every ESC sets in frames that pass it (locally administered).
 inline constexpr std::uint64_t kMacBit = std::uint64_t{1} << 41U;
+/// Bytes before the data of a datagram, and of the working counter after it.
 inline constexpr std::size_t kDatagramHeaderBytes = 10;
 inline constexpr std::size_t kWorkingCounterBytes = 2;
 

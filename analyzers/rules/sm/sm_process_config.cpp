@@ -207,8 +207,7 @@ class SmProcessConfig final : public Rule {
     const auto faults = model::FaultsOf(known->settings, demand);
     if (faults.empty()) return;
     // The write that switches it on may be one of those that are missing.
-    const bool likely_missed = context().network().LikelyMissesBetween(known->since, e.request.frame.number);
-    if (!known->settings.enabled() && likely_missed) {
+    if (!known->settings.enabled() && MayBeSetUnseen(context(), e, *known)) {
       NotEvaluable(e.slave, ReasonCode::kCaptureGap, SyncManagerWord(demand.number), e.request.frame.number);
       return;
     }
